@@ -9,7 +9,6 @@
 
 #include <cstdlib>
 
-#include "compare/meshes/other_mesh.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"

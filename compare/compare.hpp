@@ -9,7 +9,7 @@
 #include "compare/drape_input.hpp"
 #include "compare/metrics/drapemeter.hpp"
 #include "compare/metrics/metrics.hpp"
-#include "compare/repeats/mark_repeats.hpp"
+#include "compare/repeats/repeats.hpp"
 #include "core/run_report.hpp"
 
 namespace drape::compare {

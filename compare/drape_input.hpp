@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -8,14 +9,58 @@
 #include <utility>
 #include <vector>
 
-#include "compare/metrics/branches.hpp"
-#include "compare/metrics/surface.hpp"
-#include "compare/repeats/mark_repeats.hpp"
+#include "compare/metrics/metrics.hpp"
+#include "compare/repeats/repeats.hpp"
+#include "core/branch_list.hpp"
 #include "core/levels.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
+
+/// One of several equilibria of a drape.
+struct Branch : ListedBranch {
+  std::string set_sha256;              ///< hash of the branches.json that lists all of them
+  int of = 0;                          ///< number of equilibria found
+  bool round = false;                  ///< true if the scene is symmetric about a vertical axis
+  std::optional<double> least_j = {};  ///< energy of the lowest in its list, given or not
+};
+
+/// The entry for this sheet in branches.json in the folder above the sheet's, and that file;
+/// nullopt if there is none. Throws Error(bad_input) for a list that cannot be read.
+[[nodiscard]] std::optional<std::pair<std::filesystem::path, Branch>> branch_of(
+    const std::filesystem::path& sheet);
+
+/// The entry with that number in a list; nullopt if there is none.
+[[nodiscard]] std::optional<Branch> branch_in(const Document& list, int number);
+
+/// The list in the folder above a branch's sheet, if it still has the hash stated.
+[[nodiscard]] std::optional<BranchList> list_above(const std::filesystem::path& sheet,
+                                                   const std::string& sha256);
+
+/// Summaries for people, without a full stop.
+[[nodiscard]] std::string ensemble_sentence(const BranchList& list);
+[[nodiscard]] std::string friction_sentence(const FrictionBand& band);
+[[nodiscard]] std::string memory_sentence(const MemoryBand& band);
+
+/// Base of the vertical axis of a round scene on the table: the centre of its first object.
+[[nodiscard]] std::optional<Eigen::Vector2d> axis_of(const Scene& scene);
+
+/// Mean distance after the rotation about a vertical axis that minimises it. On a round object a
+/// rotated equilibrium is the same one, so only this distance shows which one the cloth took.
+struct TurnedDistance {
+  double mean_m = 0;
+  double turn_rad = 0;     ///< rotation of the virtual sheet, from x to y
+  bool half_turn = false;  ///< true if the sheet is also turned by half a turn in its own plane
+  Eigen::Vector2d axis_in_world = Eigen::Vector2d::Zero();
+};
+
+/// Tries rotations in steps of one degree, with the sheet as it is and with every material point
+/// exchanged with the opposite one; then refines the best by golden section. nullopt if no mark has
+/// a position on the virtual sheet.
+[[nodiscard]] std::optional<TurnedDistance> best_turn(const Sheet& measured,
+                                                      const Surface& virtual_sheet,
+                                                      const Eigen::Vector2d& axis_in_world);
 
 /// The scene used by a simulation, if its file has not changed since.
 struct SimulatedScene {
@@ -120,5 +165,36 @@ struct DrapeInput {
   /// the drape; null if there is none.
   [[nodiscard]] const Simulation* speaking_branch() const;
 };
+
+/// Reads a drape made by another program (core/drape_mesh.hpp, "drapebench/mesh/1", *.toml). A mesh
+/// with texture coordinates is sampled at the measured marks and, between them, at least every 2 mm
+/// of cloth, linear on its triangles; otherwise its vertices are the points. The mesh must be in
+/// the bench's world, and adjacent points must be about as far apart as on the cloth, since
+/// otherwise a unit is wrong. Throws Error(bad_input) that names file and field. `mesh`: file to
+/// read instead of the mesh named in the description.
+[[nodiscard]] Simulation read_other_mesh(const std::filesystem::path& file, const Sheet& measured,
+                                         const std::filesystem::path& mesh = {});
+
+/// Reads a mesh that states `correspondence = "none"` instead of [grid] or [uv]: only its surface
+/// can be compared. nullopt if the description does not state it. Throws Error(bad_input).
+[[nodiscard]] std::optional<OtherSurface> read_other_surface(
+    const std::filesystem::path& file, const std::filesystem::path& mesh = {});
+
+/// Content whose hash identifies a mesh in the store: the hashes of its description and of the
+/// mesh.
+[[nodiscard]] std::string other_mesh_content(const std::string& description_sha256,
+                                             const std::string& mesh_sha256);
+
+/// The hash of the description in such content; nullopt for other content.
+[[nodiscard]] std::optional<std::string> description_in(const std::string& content);
+
+/// Identity of the file as a sheet in the store, without reading the mesh: the hash of both files.
+struct OtherMeshId {
+  std::string sha256;
+  std::filesystem::path mesh;
+  std::string mesh_sha256;
+};
+/// nullopt if the file is not a "drapebench/mesh" or its mesh does not exist.
+[[nodiscard]] std::optional<OtherMeshId> other_mesh_id(const std::filesystem::path& file);
 
 }  // namespace drape::compare

@@ -9,7 +9,6 @@
 #include <random>
 
 #include "compare/metrics/metrics.hpp"
-#include "compare/metrics/surface.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"

@@ -121,6 +121,20 @@ LevelsFile levels_of(const Sheet& measured, double left_m) {
   return levels;
 }
 
+Branch branch(const std::string& list_sha256, int number, int of, double energy_j, int starts,
+              bool round) {
+  Branch made;
+  made.set_sha256 = list_sha256;
+  made.number = number;
+  made.of = of;
+  made.energy_j = energy_j;
+  made.residual = 1e-7;
+  made.starts.assign(static_cast<std::size_t>(starts), 0);
+  made.hem_nodes = 4;
+  made.round = round;
+  return made;
+}
+
 SheetFile file_of(const Sheet& sheet) {
   std::string content;
   for (const SheetMark& mark : sheet.marks) {

@@ -40,6 +40,9 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 [[nodiscard]] LevelsFile levels_of(const Sheet& measured, double left_m);
 
 /// Writes the sheet to folder/name and returns what read_session would, including hashes.
+/// A stable branch with four folds that `starts` starts reach.
+[[nodiscard]] Branch branch(const std::string& list_sha256, int number, int of, double energy_j,
+                            int starts = 1, bool round = false);
 [[nodiscard]] SheetFile file_of(const Sheet& sheet);
 [[nodiscard]] DrapeInput drape_of(const Sheet& measured, const std::vector<Sheet>& simulated);
 

@@ -10,8 +10,8 @@
 #include <map>
 #include <set>
 
+#include "compare/drape_input.hpp"
 #include "compare/history/results.hpp"
-#include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/error.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "compare/metrics/drapemeter.hpp"
-#include "compare/metrics/surface.hpp"
+#include "compare/metrics/metrics.hpp"
 
 namespace drape::compare {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <set>
 
+#include "compare/drape_input.hpp"
 #include "compare/history/results.hpp"
-#include "compare/meshes/other_mesh.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/schema/schema.hpp"
 #include "core/error.hpp"

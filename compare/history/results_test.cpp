@@ -122,7 +122,7 @@ TEST_F(Results, AFilterHoldsInEveryTable) {
       {test::simulated_sheet(11, 5), test::simulated_sheet(11, 1), test::simulated_sheet(21, 5)});
   for (const int k : {0, 1})
     input.simulations[static_cast<std::size_t>(k)].branch =
-        Branch{std::string(64, 'b'), k + 1, 2, 1e-3, 1e-7, true, 1, 4, true};
+        test::branch(std::string(64, 'b'), k + 1, 2, 1e-3, 1, true);
   const fs::path branches = folder_.path() / "branches.sqlite";
   Store store(branches);
   test::add(store, input, compare_drape(input, {}));

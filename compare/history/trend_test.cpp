@@ -10,7 +10,7 @@
 
 #include "compare/history/results.hpp"
 #include "compare/history/verify.hpp"
-#include "compare/report/history.hpp"
+#include "compare/report/report.hpp"
 #include "compare/store/manifest.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"

@@ -16,7 +16,7 @@
 #include <tuple>
 
 #include "compare/compare.hpp"
-#include "compare/meshes/other_mesh.hpp"
+#include "compare/drape_input.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/manifest.hpp"
 #include "compare/store/outcome.hpp"
@@ -280,7 +280,7 @@ class Recomputation {
       judge("branch list", set, fmt::format("says otherwise of branch {}", number), [&] {
         const auto listed = branch_in(contents_.document(set), number);
         return listed && listed->set_sha256 == set && listed->energy_j / 1e-6 == energy_uJ &&
-               listed->starts == starts && listed->hem_nodes == hem_nodes;
+               static_cast<int>(listed->starts.size()) == starts && listed->hem_nodes == hem_nodes;
       });
   }
 

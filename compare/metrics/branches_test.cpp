@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/metrics/branches.hpp"
+#include "compare/drape_input.hpp"
 
 #include <gmock/gmock.h>
 
@@ -94,9 +94,8 @@ DrapeInput with_branches(const std::vector<double>& heights_mm, bool round = fal
   DrapeInput input = test::drape_of(test::measured_sheet(), sheets);
   for (std::size_t k = 0; k < sheets.size(); ++k) {
     const int number = static_cast<int>(k) + 1;
-    input.simulations[k].branch =
-        Branch{"list", number, static_cast<int>(sheets.size()), 1e-3 + 1e-6 * number, 1e-7, true, 1,
-               4,      round};
+    input.simulations[k].branch = test::branch("list", number, static_cast<int>(sheets.size()),
+                                               1e-3 + 1e-6 * number, 1, round);
   }
   return input;
 }
@@ -168,7 +167,7 @@ TEST(Branches, OnARoundObjectATurnedShapeIsTheSameShape) {
   input.scene = scene;
   for (const int k : {0, 1})
     input.simulations[static_cast<std::size_t>(k)].branch =
-        Branch{"list", k + 1, 2, 1e-3, 1e-7, true, 1, 4, true};
+        test::branch("list", k + 1, 2, 1e-3, 1, true);
   const Report report = compare_drape(input, {});
   const BranchSet& set = report.branch_sets.front();
   EXPECT_EQ(set.nearest, 1U);

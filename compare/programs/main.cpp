@@ -8,7 +8,7 @@
 
 #include "compare/hems/hem_files.hpp"
 #include "compare/records/provenance.hpp"
-#include "compare/repeats/mark_repeats.hpp"
+#include "compare/repeats/repeats.hpp"
 #include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
 #include "compare/store/inputs.hpp"

@@ -14,7 +14,7 @@
 #include "compare/crate/crate.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/verify.hpp"
-#include "compare/report/history.hpp"
+#include "compare/report/report.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/store.hpp"

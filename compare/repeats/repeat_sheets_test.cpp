@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/repeats/mark_repeats.hpp"
+#include "compare/repeats/repeats.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

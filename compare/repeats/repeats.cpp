@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/repeats/repeats.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <set>
 
+#include "compare/metrics/metrics.hpp"
+#include "compare/records/provenance.hpp"
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 #include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
+#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
@@ -41,6 +47,229 @@ Judgement standardised(const std::vector<double>& repeats, double value, double 
 void set_detectable(double level, std::size_t repeats, Judgement& result) {
   result.detectable = (student_quantile(level, result.dof) + student_quantile(kPower, result.dof)) *
                       result.sd * std::sqrt(1 + 1 / static_cast<double>(repeats));
+}
+
+using units::mm;
+
+constexpr double kLeast_m = 1e-6;  // closer hems are copies
+constexpr double kLeastBorder =
+    0.75;  // fraction of the outermost marks; with fewer the polygon cuts off folds
+
+using Points = std::vector<Eigen::Vector3d>;
+
+/// Marks of the first repeat that all others have too.
+std::vector<const SheetMark*> common_marks(const std::vector<SheetFile>& repeats) {
+  std::vector<const SheetMark*> common;
+  for (const SheetMark& mark : repeats.front().sheet.marks)
+    if (std::all_of(repeats.begin(), repeats.end(),
+                    [&](const SheetFile& other) { return other.sheet.find(mark.mark) != nullptr; }))
+      common.push_back(&mark);
+  return common;
+}
+
+double rms_m(const Points& a, const Points& b) {
+  double squares = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) squares += (a[i] - b[i]).squaredNorm();
+  return std::sqrt(squares / static_cast<double>(a.size()));
+}
+
+double orders_apart_m(const std::vector<double>& a, const std::vector<double>& b) {
+  double squares = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(a[i] - b[i], 2);
+  return std::sqrt(squares);
+}
+
+/// Compares shapes by one distance: the repeats with each other, and the virtual one with them.
+template <class Shape, class Apart>
+RepeatBasis basis_of(const char* what, const std::vector<Shape>& repeats, const Shape& own,
+                     const Apart& apart, const VariancePrior& prior = {}) {
+  RepeatBasis basis{what, {}, {}, {}, {}, prior};
+  for (const Shape& a : repeats) {
+    basis.real_to_real_m.emplace_back();
+    for (const Shape& b : repeats)
+      basis.real_to_real_m.back().push_back(&a == &b ? 0 : apart(a, b));
+    basis.virtual_to_real_m.push_back(apart(a, own));
+  }
+  return basis;
+}
+
+/// Marks with a position on the virtual sheet.
+std::vector<const SheetMark*> with_place(const std::vector<const SheetMark*>& marks,
+                                         const Surface& surface) {
+  std::vector<const SheetMark*> kept;
+  for (const SheetMark* mark : marks)
+    if (surface.at(mark->material_m)) kept.push_back(mark);
+  return kept;
+}
+
+Points places_on(const Sheet& sheet, const std::vector<const SheetMark*>& marks) {
+  Points points;
+  for (const SheetMark* mark : marks) points.push_back(sheet.find(mark->mark)->point_in_world);
+  return points;
+}
+
+Points places_on(const Surface& surface, const std::vector<const SheetMark*>& marks) {
+  Points points;
+  for (const SheetMark* mark : marks)
+    points.push_back(surface.at(mark->material_m)->point_in_world);
+  return points;
+}
+
+Hem hem_of(const Points& border) {
+  std::vector<Eigen::Vector2d> outline;
+  for (const Eigen::Vector3d& point : border) outline.emplace_back(point.head<2>());
+  return hem_of_outline(outline);
+}
+
+/// The border marks among `marks`, in cyclic order.
+std::vector<const SheetMark*> border_among(const std::vector<const SheetMark*>& marks,
+                                           const std::vector<MarkId>& border) {
+  std::vector<const SheetMark*> kept;
+  for (const MarkId& id : border)
+    for (const SheetMark* mark : marks)
+      if (mark->mark == id) kept.push_back(mark);
+  return kept;
+}
+
+/// Judgement where the virtual sheet lies `times` as far from every repeat.
+Judgement judged(const RepeatBasis& basis, double times, double significance) {
+  Distances distances{basis.real_to_real_m, basis.virtual_to_real_m};
+  for (double& d : distances.virtual_to_real) d *= times;
+  return basis.what == "hem" ? judge_distance(distances, basis.prior, kLeast_m, significance)
+                             : judge_points(distances, basis.prior);
+}
+
+/// Radius of the circle with the same area.
+double radius_of(const Hem& hem) {
+  return std::sqrt(hem.area_m2 / std::numbers::pi);
+}
+
+/// Adds hem, spectrum and area, or the reason why there are none.
+void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
+              const std::vector<const SheetMark*>& marks, std::vector<RepeatBasis>& bases) {
+  const Sheet& first = repeats.front().sheet;
+  const std::vector<MarkId> border = border_of(first.rows, first.cols);
+  const auto outermost = border_among(marks, border);
+  std::string reason;
+  std::vector<Hem> hems;
+  std::optional<Hem> own;
+  if (static_cast<double>(outermost.size()) < kLeastBorder * static_cast<double>(border.size())) {
+    reason =
+        fmt::format("{} of {} outermost marks are on every sheet", outermost.size(), border.size());
+  } else {
+    try {
+      for (const SheetFile& repeat : repeats)
+        hems.push_back(hem_of(places_on(repeat.sheet, outermost)));
+      own = hem_of(places_on(surface, outermost));
+    } catch (const Error& error) {
+      reason = error.what_failed();
+    }
+  }
+  if (!own) {
+    for (const char* what : {"hem", "spectrum", "area"})
+      bases.push_back({what, {}, {}, {}, reason});
+    return;
+  }
+  Points flat;
+  for (const SheetMark* mark : outermost)
+    flat.emplace_back(mark->material_m.x(), mark->material_m.y(), 0);
+  VariancePrior of_radius = published_priors().covered_radius;
+  of_radius.variance *= std::pow(radius_of(hem_of(flat)), 2);
+  std::vector<std::vector<double>> orders;
+  for (const Hem& one : hems) orders.push_back(order_amplitudes_m(one));
+  bases.push_back(basis_of("hem", hems, *own, hem_distance_m, published_priors().hem_score));
+  bases.push_back(basis_of("spectrum", orders, order_amplitudes_m(*own), orders_apart_m));
+  const auto radii_apart_m = [](const Hem& a, const Hem& b) {
+    return std::abs(radius_of(a) - radius_of(b));
+  };
+  bases.push_back(basis_of("area", hems, *own, radii_apart_m, of_radius));
+}
+
+MarkRepeats::SheetMatch match_of(const std::vector<SheetFile>& repeats, const SheetFile& candidate,
+                                 const std::vector<const SheetMark*>& common, double significance) {
+  const Surface surface(candidate.sheet, candidate.file.string());
+  const auto marks = with_place(common, surface);
+  if (marks.empty())
+    throw bad_input("the virtual sheet has none of the repeats' marks",
+                    {.file = candidate.file.string()}, "give a sheet of the same patch");
+  MarkRepeats::SheetMatch match{
+      candidate.file.string(), static_cast<int>(marks.size()), {}, {}, Match::undecided, {}};
+  std::vector<Points> points;
+  for (const SheetFile& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
+  match.bases.push_back(basis_of("marks", points, places_on(surface, marks), rms_m));
+  if (static_cast<int>(repeats.size()) < kLeastRepeats) {
+    match.reason = fmt::format("{} real drape{}: nothing says how far repeats lie apart",
+                               repeats.size(), repeats.size() == 1 ? "" : "s");
+    return match;
+  }
+  add_hems(repeats, surface, marks, match.bases);
+  std::vector<Judgement> judgements;
+  for (RepeatBasis& one : match.bases) {
+    one.judgement = judged(one, 1, significance);
+    judgements.push_back(one.judgement);
+    if (!one.judgement.p && one.reason.empty()) one.reason = "the repeats are copies of each other";
+  }
+  // The marks of copies have no scatter; judging them would judge rounding.
+  if (judgements.front().p) match.p = combined_p(judgements);
+  if (match.p)
+    match.verdict = *match.p < significance ? Match::outside : Match::inside;
+  else
+    match.reason = match.bases.front().reason;
+  return match;
+}
+
+struct RepeatRow {
+  std::string sheet;
+  std::vector<double> rms_m;
+};
+void fields(Fields& f, RepeatRow& row) {
+  f({"sheet", "file"}, row.sheet);
+  f({"rms_mm", "RMS distance of the marks from each repeat", mm}, row.rms_m);
+}
+
+[[noreturn]] void refuse(const SheetFile& sheet, const std::string& what, const std::string& field,
+                         const std::string& remedy = "give layings and simulations of one drape") {
+  throw bad_input(what, {.file = sheet.file.string(), .field = field}, remedy);
+}
+
+/// Throws for a simulation among the layings, which would change the range of real drapes.
+void require_kinds(const std::vector<SheetFile>& repeats,
+                   const std::vector<SheetFile>& virtual_sheets) {
+  for (const SheetFile& sheet : repeats)
+    if (!sheet.sheet.is_measured())
+      refuse(sheet, "a simulation is no laying of the real cloth", "source",
+             "give measured sheets, and each simulation after a --compare of its own");
+  for (const SheetFile& sheet : virtual_sheets)
+    if (sheet.sheet.is_measured())
+      refuse(sheet, "a measured sheet is no simulation to be judged", "source",
+             "give it among the layings, without --compare");
+}
+
+void require_same_bench(const SheetFile& sheet, const SheetFile& first) {
+  const std::string other = first.file.string();
+  if ((sheet.sheet.patch_m - first.sheet.patch_m).norm() > 0.01 * mm)
+    refuse(sheet, "it is another patch than " + other, "patch_mm");
+  if (!sheet.sheet.is_measured()) return;
+  if (sheet.measured().calibration_sha256 != first.measured().calibration_sha256)
+    refuse(sheet, "it was measured with another calibration than " + other,
+           "source.calibration_sha256");
+  if (sheet.face() != first.face())
+    refuse(sheet, "another face of the cloth lies up than in " + other, "source.repeat.face");
+}
+
+/// Median of chi square over the common marks; nullopt if fewer than ten have
+/// covariances.
+std::optional<double> median_chi2(const Sheet& first, const Sheet& second) {
+  constexpr std::size_t kLeastMarks = 10;
+  std::vector<double> chi2;
+  for (const SheetMark& mark : first.marks) {
+    const SheetMark* other = second.find(mark.mark);
+    if (other == nullptr || !mark.covariance_m2 || !other->covariance_m2) continue;
+    const Eigen::Vector3d apart_m = other->point_in_world - mark.point_in_world;
+    chi2.push_back(
+        apart_m.dot((*mark.covariance_m2 + *other->covariance_m2).ldlt().solve(apart_m)));
+  }
+  return chi2.size() < kLeastMarks ? std::nullopt : std::optional(median(std::move(chi2)));
 }
 
 }  // namespace
@@ -183,6 +412,160 @@ VarianceComponents variance_components(const std::vector<RepeatKey>& keys,
     result.sample_sd = std::sqrt(std::max(0.0, excess * between_dof / effective));
   }
   return result;
+}
+
+namespace fs = std::filesystem;
+
+std::string SheetFile::scene() const {
+  if (const auto* simulated = std::get_if<SimulatedSource>(&sheet.source)) return simulated->scene;
+  return repeat ? repeat->scene : asked ? asked->name : std::string();
+}
+
+SheetFile read_sheet_file(const fs::path& file) {
+  require_as_recorded(file);
+  const fs::path json = fs::path(file).replace_extension(".json");
+  SheetFile read{file, {}, {}, read_sheet(file)};
+  read.sha256 = sha256_of_file(json);
+  read.ply_sha256 = sha256_of_file(fs::path(file).replace_extension(".ply"));
+  if (read.sheet.is_measured()) {
+    read.repeat = read.measured().repeat;
+    read.asked = read.measured().asked_scene;
+  }
+  return read;
+}
+
+MarkRepeats mark_repeats(const std::vector<SheetFile>& repeats,
+                         const std::vector<SheetFile>& virtual_sheets, double significance) {
+  if (repeats.empty()) throw usage_error("no repeat is named", "give measured sheets");
+  const auto marks = common_marks(repeats);
+  if (marks.empty())
+    throw bad_input("the repeats have no mark in common", {.file = repeats.front().file.string()},
+                    "give sheets of one print");
+  MarkRepeats result;
+  result.marks = static_cast<int>(marks.size());
+  std::vector<Points> points;
+  for (const SheetFile& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
+  result.real_to_real_m = basis_of("marks", points, points.front(), rms_m).real_to_real_m;
+  for (const SheetFile& candidate : virtual_sheets)
+    result.matches.push_back(match_of(repeats, candidate, marks, significance));
+  return result;
+}
+
+std::optional<double> limit_m(const MarkRepeats::SheetMatch& match, double significance) {
+  if (!match.p) return std::nullopt;
+  const auto p_at = [&](double times) {
+    std::vector<Judgement> judgements;
+    for (const RepeatBasis& basis : match.bases)
+      if (basis.judgement.p) judgements.push_back(judged(basis, times, significance));
+    return combined_p(judgements).value_or(1);
+  };
+  double low = 0, high = 1;
+  while (p_at(high) >= significance && high < 1e9) high *= 2;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = 0.5 * (low + high);
+    (p_at(middle) >= significance ? low : high) = middle;
+  }
+  return low * mean_of(match.bases.front().virtual_to_real_m);
+}
+
+void fields(Fields& f, RepeatBasis& basis) {
+  f({"what", "marks, hem, spectrum or area"}, basis.what);
+  f({"real_to_real_mm", "distances between repeats", mm}, basis.real_to_real_m);
+  f({"virtual_to_real_mm", "distances of the virtual sheet from the repeats", mm},
+    basis.virtual_to_real_m);
+  f({"p", "probability that a repeat deviates as far; null if not judged"}, basis.judgement.p);
+  text_or_null(f, {"reason", "reason if it cannot be judged"}, basis.reason);
+}
+
+void fields(Fields& f, MarkRepeats::SheetMatch& match) {
+  f({"sheet", "virtual sheet"}, match.name);
+  f({"marks", "number of marks compared"}, match.marks);
+  std::vector<double> rms_m;
+  if (!match.bases.empty()) rms_m = match.bases.front().virtual_to_real_m;
+  f({"rms_mm", "RMS distance of the marks from each repeat", mm}, rms_m);
+  f({"bases", "kinds of distance"}, match.bases);
+  f({"verdict", "verdict of the comparison with the repeats"}, match.verdict);
+  text_or_null(f, {"reason", "reason if undecided"}, match.reason);
+  f({"p", "probability combined from all tests that could be made"}, match.p);
+}
+
+void fields(Fields& f, RepeatsFile& file) {
+  f({"significance", "probability that a real repeat counts as outside"}, file.significance);
+  f({"marks", "number of marks present in every repeat"}, file.found.marks);
+  std::vector<RepeatRow> rows;
+  for (std::size_t i = 0; i < file.repeats.size(); ++i)
+    rows.push_back({file.repeats[i].file.string(), file.found.real_to_real_m[i]});
+  f({"repeats", "measured sheets"}, rows);
+  f({"matches", "virtual sheets"}, file.found.matches);
+}
+
+void require_one_drape(const std::vector<SheetFile>& repeats,
+                       const std::vector<SheetFile>& virtual_sheets) {
+  require_kinds(repeats, virtual_sheets);
+  std::map<std::string, std::string> seen;
+  for (const SheetFile& sheet : repeats)
+    if (const auto [other, is_new] = seen.emplace(sheet.ply_sha256, sheet.file.string()); !is_new)
+      refuse(sheet, "it is a copy of " + other->second + ", which is no repeat", "marks");
+  const SheetFile* first = nullptr;
+  for (const auto* sheets : {&repeats, &virtual_sheets}) {
+    for (const SheetFile& sheet : *sheets) {
+      const std::string scene = sheet.scene();
+      if (first == nullptr && !scene.empty()) first = &sheet;
+      if (!scene.empty() && scene != first->scene())
+        refuse(sheet,
+               fmt::format("it is of scene `{}`, {} is of scene `{}`", scene, first->file.string(),
+                           first->scene()),
+               "source");
+      require_same_bench(sheet, repeats.front());
+    }
+  }
+  for (const SheetFile& sheet : repeats) {
+    const bool placed =
+        std::any_of(virtual_sheets.begin(), virtual_sheets.end(), [&](const SheetFile& simulation) {
+          const auto& start = std::get<SimulatedSource>(simulation.sheet.source).start_sha256;
+          return start && sheet.has_content(*start);
+        });
+    if (sheet.scene().empty() && !placed)
+      refuse(sheet, "the sheet does not say which drape it is a laying of", "source.repeat",
+             "name it by a [[repeat]] of the rig, or measure it with drape triangulate --repeat "
+             "NAME --scene FILE");
+  }
+}
+
+std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets) {
+  std::vector<std::string> reasons;
+  for (const SheetFile& sheet : sheets) {
+    const auto* source = std::get_if<SimulatedSource>(&sheet.sheet.source);
+    if (sheet.sheet.no_go)
+      reasons.push_back(fmt::format("{}: {}", sheet.file.string(), *sheet.sheet.no_go));
+    else if (source != nullptr && source->status != "at rest")
+      reasons.push_back(fmt::format("{}: the simulation is not at rest: {}", sheet.file.string(),
+                                    source->status));
+  }
+  return reasons;
+}
+
+std::map<std::string, std::string> layings_twice(const std::vector<const SheetFile*>& sheets,
+                                                 Among pairs) {
+  constexpr double kRisk = 0.005;
+  std::map<std::string, std::string> reasons;
+  for (auto own = sheets.begin(); own != sheets.end(); ++own) {
+    for (auto other = sheets.begin(); other != own; ++other) {
+      const std::string &set = (*own)->measured().set, &earlier = (*other)->measured().set;
+      const bool same_drape = !(*own)->scene().empty() && (*own)->scene() == (*other)->scene();
+      if (set == earlier || same_drape != (pairs == Among::one_drape)) continue;
+      const auto chi2 = median_chi2((*own)->sheet, (*other)->sheet);
+      if (!chi2 || *chi2 > chi_square_beyond(kRisk, 3)) continue;
+      const std::string text = fmt::format(
+          "sets {} and {} show one laying: half of their marks lie at the same places within chi "
+          "square {:.1f}; look which drape the pictures of each set show, and record the other "
+          "again",
+          earlier, set, *chi2);
+      reasons[(*own)->sha256] = text;
+      reasons[(*other)->sha256] = text;
+    }
+  }
+  return reasons;
 }
 
 }  // namespace drape::compare

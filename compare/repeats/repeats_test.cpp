@@ -11,7 +11,6 @@
 #include <random>
 
 #include "compare/hems/test_published.hpp"
-#include "compare/repeats/mark_repeats.hpp"
 #include "compare/repeats/test_prior.hpp"
 #include "core/statistics/distributions.hpp"
 

@@ -13,7 +13,7 @@
 #include <regex>
 #include <set>
 
-#include "compare/metrics/surface.hpp"
+#include "compare/metrics/metrics.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/tables/match.hpp"
@@ -425,7 +425,7 @@ ReportedBranches branches_of(const DrapeInput& input, const BranchSet& set) {
     const Branch& branch = *input.simulations[one.as_placed.simulation].branch;
     std::optional<double> shape_m;
     if (one.as_placed.aligned) shape_m = one.as_placed.aligned->after.mean_m;
-    made.branches.push_back({branch.number, branch.share, &one == &set.branches[set.nearest],
+    made.branches.push_back({branch.number, branch.fraction, &one == &set.branches[set.nearest],
                              branch.stable, one.match_m(), shape_m});
   }
   return made;

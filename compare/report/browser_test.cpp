@@ -14,7 +14,6 @@
 #include <sstream>
 
 #include "compare/report/account.hpp"
-#include "compare/report/history.hpp"
 #include "compare/report/report.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"

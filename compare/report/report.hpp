@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/history/results.hpp"
 #include "core/fields/value.hpp"
 #include "core/run_report.hpp"
 
@@ -37,6 +38,15 @@ enum class VtkPart { measured, simulated, distance };
 /// records give equal bytes.
 std::vector<std::filesystem::path> write_report(const std::filesystem::path& file,
                                                 const RunReport& report);
+
+/// The whole store on one self-contained page: calibration residuals and distances of each drape
+/// over the imports, with alarms, and every comparison. Equal stores give equal bytes. NO-GO for an
+/// alarm or if a current comparison is NO-GO.
+struct HistoryPage {
+  std::string html;
+  bool go = true;
+};
+[[nodiscard]] HistoryPage history_page(const StoreReader& store, const TrendOptions& options);
 
 }  // namespace drape::compare
 

@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-#include "compare/meshes/other_mesh.hpp"
-#include "compare/metrics/branches.hpp"
+#include "compare/drape_input.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/certificate.hpp"
 #include "core/error.hpp"

@@ -14,7 +14,7 @@
 #include <set>
 #include <tuple>
 
-#include "compare/repeats/mark_repeats.hpp"
+#include "compare/repeats/repeats.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/error.hpp"
@@ -299,7 +299,7 @@ bool insert_simulated(Writer& writer, const Simulation& simulation) {
                 source.from_measured ? Cell(1) : Cell());
   if (const auto& b = simulation.branch)
     writer.insert("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
-                  b->residual, b->stable, b->starts, b->hem_nodes, b->round);
+                  b->residual, b->stable, b->starts.size(), b->hem_nodes, b->round);
   return fresh;
 }
 

@@ -10,7 +10,7 @@
 #include <map>
 
 #include "compare/history/results.hpp"
-#include "compare/report/history.hpp"
+#include "compare/report/report.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"

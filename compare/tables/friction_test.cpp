@@ -52,7 +52,7 @@ void set_list(const std::filesystem::path& file, const BranchList& list, DrapeIn
   write_record(file, list);
   input.simulations[2].sheet.file = file.parent_path() / "branch-01" / "sheet.ply";
   std::filesystem::create_directories(file.parent_path() / "branch-01");
-  input.simulations[2].branch = Branch{sha256_of_file(file), 1, 1, 1e-3, 1e-7, true, 32, 4, false};
+  input.simulations[2].branch = test::branch(sha256_of_file(file), 1, 1, 1e-3, 32);
 }
 
 /// A drape 5 mm above the measured sheet, with a list of branches that has a band, and five drapes

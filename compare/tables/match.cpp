@@ -420,7 +420,7 @@ const BranchComparison* branch_within(const DrapeInput& input, const Report& rep
     if (set.sha256 != list->document.sha256()) continue;
     for (const BranchComparison& one : set.branches)
       if (one.as_placed.statistics.mean_m <= limit.limit_m &&
-          input.simulations[one.as_placed.simulation].branch->starts > 0)
+          input.simulations[one.as_placed.simulation].branch->starts.size() > 0)
         return &one;
   }
   return nullptr;

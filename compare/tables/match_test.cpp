@@ -259,8 +259,7 @@ class MatchOfBranches : public testing::Test {
            {}});
       input.simulations.back().sheet.file = folder_.path() / list_.branches[number - 1].sheet;
       fs::create_directories(input.simulations.back().sheet.file.parent_path());
-      input.simulations.back().branch =
-          Branch{sha256_of_file(file), number, 2, 1e-3, 1e-7, true, 1, 4, false, 0.5};
+      input.simulations.back().branch = test::branch(sha256_of_file(file), number, 2, 1e-3);
     }
     return judged(input, 0.01 * mm, 0, 3.5 * mm).match;
   }

@@ -546,8 +546,8 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
     row.number("energy_uJ", "energy (µJ)", text_in(kMicrojoule, "{:.2f}", branch.energy_j));
     row.number("above_least_uJ", "above least (µJ)",
                text_in(kMicrojoule, "{:.2f}", branch.energy_j - least_j));
-    row.number("starts", "starts", std::to_string(branch.starts));
-    row.number("share_percent", "share of starts (%)", text_in(percent, "{:.0f}", branch.share));
+    row.number("starts", "starts", std::to_string(branch.starts.size()));
+    row.number("share_percent", "share of starts (%)", text_in(percent, "{:.0f}", branch.fraction));
     row.number("hem_nodes", "folds of the hem", std::to_string(branch.hem_nodes));
     row.word("stable", "stable", branch.stable ? "yes" : "no, a saddle");
     row.number("mean_dist_mm", "mean dist (mm)", mm_text(compared.statistics.mean_m));

@@ -4,7 +4,7 @@
 #include "capture/recording/record.hpp"
 #include "compare/crate/crate.hpp"
 #include "compare/hems/hem_files.hpp"
-#include "compare/repeats/mark_repeats.hpp"
+#include "compare/repeats/repeats.hpp"
 #include "core/acceptance_file.hpp"
 #include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"

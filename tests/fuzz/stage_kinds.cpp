@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/meshes/other_mesh.hpp"
-#include "compare/metrics/branches.hpp"
+#include "compare/drape_input.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "simulate/drape/outline.hpp"

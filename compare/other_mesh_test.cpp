@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/meshes/other_mesh.hpp"
+#include "compare/drape_input.hpp"
 
 #include <fmt/format.h>
 
