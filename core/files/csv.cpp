@@ -147,4 +147,13 @@ std::string csv_cell(const std::string& text) {
   return quoted + '"';
 }
 
+std::string csv_text(const std::vector<std::string>& names,
+                     const std::vector<std::vector<double>>& columns) {
+  std::string text = fmt::format("{}\n", fmt::join(names, ","));
+  for (std::size_t row = 0; !columns.empty() && row < columns.front().size(); ++row)
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      text += fmt::format("{}{}", columns[i].at(row), i + 1 < columns.size() ? "," : "\n");
+  return text;
+}
+
 }  // namespace drape

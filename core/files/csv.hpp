@@ -44,4 +44,8 @@ struct CsvText {
 /// with = + - @ and is not a number) gets an apostrophe in front.
 [[nodiscard]] std::string csv_cell(const std::string& text);
 
+/// Text of a CSV file; numbers in their shortest exact form.
+[[nodiscard]] std::string csv_text(const std::vector<std::string>& names,
+                                   const std::vector<std::vector<double>>& columns);
+
 }  // namespace drape

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -100,20 +97,6 @@ struct FittedCurve {
     if (x - points.back() > kSame * reach && reach - x > kSame * reach) points.push_back(x);
   points.push_back(reach);
   return points;
-}
-
-/// Text of a CSV file; numbers in their shortest exact form.
-[[nodiscard]] inline std::string csv_text(const std::vector<std::string>& names,
-                                          const std::vector<std::vector<double>>& columns) {
-  std::string text = fmt::format("{}\n", fmt::join(names, ","));
-  const std::size_t rows = columns.empty() ? 0 : columns.front().size();
-  for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      text += fmt::format("{}{}", i == 0 ? "" : ",", columns[i].at(row));
-    }
-    text += '\n';
-  }
-  return text;
 }
 
 /// A spring in series with a slider (Jenkin 1922): it follows its strain up to the slider's limit,

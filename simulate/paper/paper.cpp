@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/layer_pair.hpp"
 #include "simulate/paper/paper_motion.hpp"
