@@ -23,7 +23,7 @@ struct SceneValue {
   ValueWidth width;
 };
 
-/// Values: level of the bench, positions of pins, clamps and objects, sizes, friction. `pin_m`:
+/// Lists them: level of the bench, positions of pins, clamps and objects, sizes, friction. `pin_m`:
 /// standard uncertainty of a pin whose position is that of its measured mark.
 [[nodiscard]] std::vector<SceneValue> values_of(const Scene& scene,
                                                 const std::function<double(const Pin&)>& pin_m);

@@ -197,7 +197,7 @@ std::string why_no_plate(const GreyImage& image, const PrintPlane& plane, const 
 constexpr double kNearer = 1.2;         ///< largest ratio of scales between two tags
 constexpr double kTurned_cos = 0.5;     ///< 60 degrees
 constexpr std::size_t kLeastTags = 2;   ///< least number of contradicting tags: one may be misread
-constexpr std::size_t kLeastPart = 10;  ///< smallest share of contradicting tags: one in so many
+constexpr std::size_t kLeastPart = 10;  ///< smallest share of contradicting tags: one in ten
 
 struct TagMap {
   Eigen::Vector2d centre_px;

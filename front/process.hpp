@@ -24,7 +24,7 @@ struct Step {
   std::string drape = {};  ///< drape that fails with this step; empty if all drapes need it
   std::string scene = {};  ///< name of the drape, also for its repeats
   bool is_asked = true;    ///< false: not run, but kept if it is up to date
-  bool is_extra = false;   ///< true if its failure only reduces what the result says
+  bool is_extra = false;   ///< true if its failure only makes the result less complete
 };
 
 struct StepResult {

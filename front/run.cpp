@@ -283,8 +283,8 @@ Group simulate_group(const Bench& bench) {
   return group;
 }
 
-/// Finds the equilibria reached from starts like that of the scene. Its failure only reduces what
-/// the result says.
+/// Finds the equilibria reached from starts like that of the scene. Its failure only makes the
+/// result less complete.
 Group ensemble_group(const Bench& bench) {
   Group group{"branches", {}, bench.options.threads};
   for (const Drape& drape : bench.drapes) {
@@ -329,7 +329,7 @@ Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
     for (const Laying& laying : layings_of(drape))
       if (simulated && laying.folder != drape.folder)
         add(laying.folder / "sheet.ply", {"--repeat"});
-    // An input, so that a comparison older than it is not up to date.
+    // Counts as an input, so that an older comparison is not up to date.
     if (fs::is_regular_file(bench.sensitivity(drape)))
       append(words, {"--sensitivity", bench.sensitivity(drape).string()});
   }

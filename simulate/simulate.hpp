@@ -52,7 +52,7 @@ struct SimulateOptions {
   /// Range of the fitted curves, see find_reach(); absent for the whole measurement.
   std::optional<CurveReach> reach = {};
   bool internal_friction = false;  ///< both branches of bending and shear loops; triangles only
-  bool from_measured = false;      ///< start from the measured shape, whatever the scene says
+  bool from_measured = false;      ///< start from the measured shape instead of the scene's start
   DrapeOptions drape;              ///< triangles only
   std::optional<ClothOutline> outline;  ///< cut of the cloth; absent for the whole patch
   PaperOptions paper;

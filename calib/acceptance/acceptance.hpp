@@ -66,7 +66,7 @@ struct AcceptanceFigure {
   double expanded = 0;  ///< expanded uncertainty U: 95 % of faultless instruments stay within it
   double limit = 0;     ///< maximum permissible error
   bool limit_stated = false;  ///< true if given by the operator, else derived from uncertainties
-  std::string not_measured;   ///< why there is no value, and what to record; empty if there is one
+  std::string not_measured;   ///< why there is no value, with the remedy; empty if there is one
   bool may_lack = false;      ///< true if acceptance is possible without this figure
   bool informs = false;       ///< exceeding the limit only warns, see AcceptanceOptions
   /// Smallest fault that 95 of 100 tests detect, with its unit.

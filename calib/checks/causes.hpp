@@ -12,8 +12,8 @@ namespace drape::calib {
 struct Causes {
   std::string fatal;                  ///< why the result must not be used; empty otherwise
   std::vector<std::string> warnings;  ///< causes that increase its uncertainty, with the remedy
-  std::vector<double> alone_px, together_px;  ///< RMS by camera: with a separate pose per view, and
-                                              ///< with one pose for all cameras
+  std::vector<double> alone_px, together_px;  ///< RMS by camera with separate target poses
+                                              ///< per view, and with one for all cameras
 };
 
 /// Tests the views of a fit, in the order of the rig's sets, for a camera that moved, cameras that

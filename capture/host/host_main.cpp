@@ -73,7 +73,7 @@ sock_filter give(std::uint32_t action) {
   return BPF_STMT(BPF_RET | BPF_K, action);
 }
 
-/// Low half of the first argument; the kernel reads only this of a flag word or a domain.
+/// Offset of the first argument's low half, the only part used of flags and socket domains.
 constexpr std::size_t kFirstArgument = offsetof(seccomp_data, args);
 
 std::vector<sock_filter> filter() {

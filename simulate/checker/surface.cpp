@@ -214,8 +214,8 @@ constexpr Real kOfWeights = 1e-12L;  // deviation of the sum of stated weights f
 constexpr Real kOfFlat = 0.25L;
 // Slope of the distance along a piece at its minimum.
 constexpr Real kNearestAllowed = 1e-6L;
-// Two pins on a round body hold the cloth between them inside it. Near a pin cloth may be deeper by
-// this fraction of a facet's longest edge.
+// Two pins on a round body hold the cloth between them inside it. A facet with a pin this close to
+// the object may therefore be deeper, by this fraction of its longest edge.
 constexpr Real kNearPin_m = 0.2e-3L, kOfFacetByPin = 0.1L;
 constexpr Real kBeside =
     1e-6L;  // fraction of a triangle: material points this far outside count as on it

@@ -95,8 +95,8 @@ class DrapeLevel {
   [[nodiscard]] const std::vector<Eigen::Vector3d>& pinned_at() const;  ///< their positions
   [[nodiscard]] double mass_kg() const;
 
-  /// The scene's start: flat, with pins and clamps still to be moved to their places by fall(), or
-  /// the measured shape with pins and clamps in place.
+  /// The scene's start: flat, with pins and clamps still to be moved to their targets by fall(), or
+  /// the measured shape with pins and clamps at their targets.
   [[nodiscard]] ClothMoment start(const StartVariation& variation = {}) const;
   /// Start with another shape, given by positions (local frame) of material points that are not
   /// all collinear, extrapolated elsewhere (drape/smooth_surface.hpp). Pins and clamps are in
@@ -111,8 +111,8 @@ class DrapeLevel {
   void set_gravity(const Eigen::Vector3d& gravity_m_per_s2);
   void set_friction(double coefficient);
 
-  /// Lets the cloth fall in time until it is quiet, then relaxes it to rest. Pins and clamps are
-  /// moved to their places meanwhile.
+  /// Lets the cloth fall in time until it is quiet, then relaxes it to equilibrium. Meanwhile pins
+  /// and clamps move to their targets.
   RestReport fall(ClothMoment& moment, const StartVariation& variation = {});
   /// Relaxes the cloth to equilibrium from its state and updates friction at the end of each
   /// descent. Stops at `residual`, in mean weights of a point; absent: that of the options.

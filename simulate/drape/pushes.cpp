@@ -22,9 +22,9 @@ constexpr double kGrip_m = 0.2e-6;   // stretch of a spring that carries a weigh
 // Before contact is firm: initial stiffness, and reduction of the remaining stiffening per
 // stage.
 constexpr double kSoft = 0.1, kLinear = 0.125;
-// ObjectPushes::kPlaces_m on wide meshes, relative to the root of a triangle's mean area.
+// Spacing of contact points on coarse meshes, relative to the root of a triangle's mean area.
 constexpr double kOfWide = 0.15;
-// Evaluations per list for which the margin is kept; least margin relative to the largest.
+// Range of evaluations per list that keeps the margin; least margin relative to the largest.
 constexpr int kFewLooks = 4, kManyLooks = 16;
 constexpr double kLeastMargin = 1.0 / 64;
 // Distance from a surface within which a pin determines the depth of the cloth.

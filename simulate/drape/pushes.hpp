@@ -145,7 +145,7 @@ class ObjectPushes : public Pushes {
   static constexpr int kFirm = 5;
   /// A contact point of the cloth close to an object.
   struct Site {
-    int id = 0;  ///< place * number of shapes + shape
+    int id = 0;  ///< contact point * number of shapes + shape
     int facet = 0, shape = 0;
     int node = -1;           ///< surface node, if one pushes back; -1 for a point inside the facet
     Eigen::Vector3d weight;  ///< weights of the facet's nodes

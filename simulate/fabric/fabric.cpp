@@ -436,7 +436,7 @@ SampledCurve mean_of(const SampledCurve& a, const SampledCurve& b) {
   return mean;
 }
 
-/// Data for a law: mean curve and width of the loop, and what merging its branches omits.
+/// Data for a law: mean curve and width of the loop, and the part omitted by merging its branches.
 struct Loop {
   SampledCurve mean;
   HalfWidth width;

@@ -144,7 +144,7 @@ struct Plausibility {
 /// accepts sheets that are not textiles.
 [[nodiscard]] Plausibility judge(const Fabric& fabric);
 
-/// Throws the first problem, for callers that require a textile.
+/// Throws the first problem of judge(), for callers that require a textile.
 void require_textile(const Fabric& fabric);
 
 /// Usual range of bending stiffness (gf cm2/cm) at an areal density (g/m2): nine of ten fabrics,

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kSharpest = 20 * units::per_cm;  // curvature of a sharp crease, radius 0.5 mm
 constexpr int kMostTimes = 50;
-constexpr double kMostShake = 0.95;  // fraction of gravity; 1 would throw the cloth
+constexpr double kMostShake = 0.95;  // fraction of gravity; 1 is weightlessness
 
 [[noreturn]] void refuse(const Scene& scene, const std::string& text, const std::string& why) {
   throw bad_input(fmt::format("`{}`: {}", text, why),

@@ -38,7 +38,7 @@ struct StartReport {
 /// Returns the measured sheet; throws an Error that explains why it is needed if there is none.
 [[nodiscard]] const Sheet& need_measured(const std::optional<Sheet>& measured, const Scene& scene);
 
-/// Pose of a sheet that starts flat; `report` says which marks determined it. Throws
+/// Pose of a sheet that starts flat; `report` lists the marks that determined it. Throws
 /// Error(bad_input) if their misfit exceeds the descent of the marks plus the cloth's possible
 /// extension.
 [[nodiscard]] FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured,
@@ -97,7 +97,7 @@ struct LocalScene {
 [[nodiscard]] LocalScene local_scene(const Scene& world, const std::optional<Sheet>& measured,
                                      double top_z_m);
 
-/// Variation of a start in what an operator cannot control; none by
+/// Variation of a start beyond an operator's control; none by
 /// default.
 struct StartVariation {
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< added to the position of the start

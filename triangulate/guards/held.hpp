@@ -38,7 +38,7 @@ class MeasuredCloth {
   mutable std::map<std::pair<double, double>, std::optional<ShownPlace>> known_;
 };
 
-/// Explains why pins and clamps cannot hold the cloth where the scene says. Compares each held
+/// Explains why pins and clamps cannot hold the cloth at the stated positions. Compares each held
 /// point with the surface through the measured marks at its material point: chi square over
 /// place_uncertainty_mm, the marks' covariance and that of the surface, three degrees of freedom, a
 /// risk of 0.005 over all points. On failure, tries other corners, hems and diagonals, exchanged
@@ -64,7 +64,7 @@ struct SuggestedScene {
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> unseen_of_held(
     const Sheet& sheet, const Scene& scene, const MarkLattice& lattice);
 
-/// Explains why gravity cannot point where the scene says. The centre of mass of cloth that hangs
+/// Explains why gravity cannot have the stated direction. The centre of mass of cloth that hangs
 /// freely from one or two points lies straight below the point, or below the line through both.
 /// Limit: 99.5 % quantile of level_uncertainty_deg combined with the uncertainties of the measured
 /// centre of mass and held points over its depth below them.

@@ -43,7 +43,7 @@ struct PlatePose {
 struct PlateOnObject {
   double thickness_mm =
       0.1;             ///< thickness of a box's sheet: height of the printed face above the top
-  double hole_mm = 0;  ///< diameter of the hole in the sheet on which a sphere rests
+  double hole_mm = 0;  ///< diameter of the hole that carries a sphere
   double placing_mm = 0.2;  ///< standard uncertainty of the plate's placement along x, y and z
 };
 
