@@ -158,9 +158,9 @@ struct Rig {
   /// Largest mean distance at which a simulated drape matches, for a scene that was laid once.
   std::optional<double> tolerance_m;
 
-  /// The file as it was read. camera() throws Error(bad_input) for an unknown name.
+  /// The file as it was read.
   Document document = {};
-  [[nodiscard]] const RigCamera& camera(const std::string& camera_name) const;
+  [[nodiscard]] const RigCamera& camera(const std::string& camera_name) const;  ///< throws if none
 };
 
 template <>

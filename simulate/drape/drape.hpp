@@ -56,7 +56,7 @@ struct DrapeCase {
                                    const std::optional<Sheet>& measured, ClothLaws laws,
                                    std::optional<ClothOutline> outline = std::nullopt);
 
-/// Friction springs and contact forces by material point, from which another mesh of the same cloth
+/// State of contact: friction springs by material point, with which another mesh of the same cloth
 /// can continue (drape/pushes.hpp).
 struct ContactMemory;
 

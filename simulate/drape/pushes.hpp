@@ -13,9 +13,9 @@
 
 namespace drape::simulate {
 
-/// Friction springs and contact forces by material point. The same mesh continues from them
-/// exactly. Another mesh of the same cloth takes the stretch of the springs at the nearest points,
-/// as a force per area.
+/// State of contact: friction springs by material point. The same mesh continues from it exactly.
+/// Another mesh of the same cloth takes the stretch of the springs at the nearest points, as a
+/// force per area.
 struct ContactMemory {
   /// Elastic-plastic friction spring between a point of the cloth and what it touches, as last
   /// updated by settle(). Values are per area (N/m^3, Pa) or absolute (N/m, N).
