@@ -109,7 +109,7 @@ TEST_P(Page, TheWholePathByKeyboardFromStartToReport) {
   browser.wait_for("document.getElementById('result')");
   browser.wait_for(kIdle);
   EXPECT_THAT(browser.value_of("document.getElementById('result').innerText").get<std::string>(),
-              testing::ContainsRegex("[0-9.]+ mm *\\n?from the cloth"));
+              testing::ContainsRegex("[0-9.]+ mm[ \n]*from the cloth"));
   browser.tab_to("sheet-view");
   const Json still = browser.value_of("document.getElementById('sheet-view').toDataURL()");
   browser.press("ArrowLeft");
