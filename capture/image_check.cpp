@@ -201,15 +201,8 @@ std::optional<ImageFormat> image_format(Bytes bytes) {
 }
 
 std::optional<std::string> structure_fault(ImageFormat format, Bytes bytes) {
-  switch (format) {
-    case ImageFormat::png:
-      return png_fault(bytes);
-    case ImageFormat::jpeg:
-      return jpeg_fault(bytes);
-    case ImageFormat::tiff:
-      return tiff_fault(bytes);
-  }
-  return "has an unknown format";
+  constexpr Fault (*kFaults[])(Bytes) = {png_fault, jpeg_fault, tiff_fault};  // by format
+  return kFaults[static_cast<std::size_t>(format)](bytes);
 }
 
 ImageSize check_image(std::span<const unsigned char> bytes, const Where& where) {

@@ -105,12 +105,6 @@ Ending ending_of(const Prediction& prediction, const PredictOptions& options) {
   return ending;
 }
 
-int predict_rig(const SynthArguments& options, const Rig& rig, const CommonOptions& common) {
-  const auto prediction =
-      predict(cameras_for(options, rig), read_print(rig.print_file), options.prediction);
-  return finish(ending_of(prediction, options.prediction), common);
-}
-
 int write_rig(const SynthArguments& options, const Rig& rig, const CommonOptions& common,
               RunRecord& record) {
   Progress progress("synth", common.quiet);
@@ -138,8 +132,10 @@ int main(int argc, char** argv) {
         "drape-synth", words,
         options.predict ? fs::path() : run_record_path(options.out / "recording.json"));
     const Rig rig = read_rig(options.rig);
-    return options.predict ? predict_rig(options, rig, common)
-                           : write_rig(options, rig, common, record);
+    if (!options.predict) return write_rig(options, rig, common, record);
+    const Prediction prediction =
+        predict(cameras_for(options, rig), read_print(rig.print_file), options.prediction);
+    return finish(ending_of(prediction, options.prediction), common);
   };
   return run_command<SynthArguments>(
       argc, argv, "drape-synth",

@@ -333,36 +333,33 @@ bool is_asked(const SynthOptions& options, const std::string& set) {
 }
 
 /// Creates a set when it is its turn to be rendered.
-using MakeJob = std::function<Job()>;
 struct Named {
   std::string set;
-  MakeJob make;
+  std::function<Job()> make;
 };
 
 std::vector<Named> jobs_of(const Rig& rig, const SynthOptions& options) {
   std::vector<Named> jobs;
-  const auto add_job = [&](const std::string& set, const MakeJob& make) {
-    jobs.push_back({set, make});
-  };
   const auto target = std::make_shared<Target>(read_target(rig.target_file));
   for (const TargetStage& stage : rig.stages) {
     WorldFromTarget pose;
     pose.translation_m.z() = stage.z_m;
-    add_job(stage.set, [=] { return target_job(stage.set, *target, pose); });
+    jobs.push_back({stage.set, [=] { return target_job(stage.set, *target, pose); }});
   }
   std::uint64_t index = 0;
   for (const std::string& set : rig.free_poses) {
     const WorldFromTarget pose = free_pose(options.render.seed, index++);
-    add_job(set, [=] { return target_job(set, *target, pose); });
+    jobs.push_back({set, [=] { return target_job(set, *target, pose); }});
   }
   for (const auto& file : rig.scenes) {
     const Scene scene = read_scene(file);
     const std::uint64_t own = index++;
     if (scene.set.empty()) continue;
-    add_job(scene.set, [=, &options] { return cloth_job(scene, print_of(scene), options, own); });
+    jobs.push_back(
+        {scene.set, [=, &options] { return cloth_job(scene, print_of(scene), options, own); }});
     for (const ObjectTags& tags : scene.tags) {
       const WorldFromTarget on_object = pose_of(scene, tags);
-      add_job(tags.set, [=] { return plate_job(tags, on_object, scene); });
+      jobs.push_back({tags.set, [=] { return plate_job(tags, on_object, scene); }});
     }
   }
   return jobs;

@@ -179,11 +179,9 @@ SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>&
 
 }  // namespace drape::synth
 
-namespace drape {
 template <>
-inline constexpr Format format_of<synth::CamerasPlan>{"cameras-plan", Syntax::toml, 1,
-                                                      "planned cameras"};
+inline constexpr drape::Format drape::format_of<drape::synth::CamerasPlan>{
+    "cameras-plan", drape::Syntax::toml, 1, "planned cameras"};
 template <>
-inline constexpr Format format_of<synth::Truth>{
-    "truth", Syntax::json, 1, "true positions of all marks of a synthetic recording"};
-}  // namespace drape
+inline constexpr drape::Format drape::format_of<drape::synth::Truth>{
+    "truth", drape::Syntax::json, 1, "true positions of all marks of a synthetic recording"};

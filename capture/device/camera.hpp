@@ -23,16 +23,6 @@ enum class TriggerSource { free_run, software, line, action };
 
 /// Kind of camera interface.
 enum class Backend { aravis, v4l2, replay };
-}  // namespace drape::capture
-
-template <>
-inline constexpr std::string_view drape::names_of<drape::capture::Backend>[] = {"aravis", "v4l2",
-                                                                                "replay"};
-template <>
-inline constexpr std::string_view drape::names_of<drape::capture::TriggerSource>[] = {
-    "free_run", "software", "line", "action"};
-
-namespace drape::capture {
 
 /// Address of one particular device, always explicit.
 struct CameraAddress {
@@ -194,3 +184,10 @@ void own_fields(Fields& f, CameraSettings& settings);
                                  std::string what_to_do);
 
 }  // namespace drape::capture
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::Backend>[] = {"aravis", "v4l2",
+                                                                                "replay"};
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::TriggerSource>[] = {
+    "free_run", "software", "line", "action"};

@@ -32,9 +32,8 @@ std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program,
   const ChildEnd end = run_child(host_program, words, output);
   FoundDevices devices;
   try {
-    if (end.exit_code == 0)
-      throw_if_any(
-          faults_of_reading(Document(Syntax::json, json_value(output)), walk_through(devices)));
+    throw_if_any(
+        faults_of_reading(Document(Syntax::json, json_value(output)), walk_through(devices)));
     if (end.exit_code == 0) return devices.cameras;
   } catch (const Error&) {  // reported below
   }

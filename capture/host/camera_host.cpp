@@ -24,39 +24,25 @@ constexpr std::size_t kLargestMessage = 1 << 16;
 
 }  // namespace
 
-Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
-  if (this != &other) {
-    reset();
-    std::swap(descriptor_, other.descriptor_);
-  }
-  return *this;
-}
-
 void Descriptor::reset() {
   if (descriptor_ >= 0) ::close(descriptor_);
   descriptor_ = -1;
 }
 
-SharedFrames::SharedFrames(std::size_t slots, std::size_t slot_bytes)
-    : memory_(::memfd_create("drape-frames", MFD_CLOEXEC | MFD_ALLOW_SEALING)),
-      slots_(slots),
-      slot_bytes_(slot_bytes) {
-  if (memory_.get() < 0 || ::ftruncate(memory_.get(), static_cast<off_t>(slots * slot_bytes)) != 0)
+Descriptor memory_for_frames(std::size_t bytes) {
+  Descriptor memory(::memfd_create("drape-frames", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  if (memory.get() < 0 || ::ftruncate(memory.get(), static_cast<off_t>(bytes)) != 0)
     throw internal_error("no shared memory for the frames");
   // Seals the size: if a host shrank the memory, reading a frame would kill this process.
-  if (::fcntl(memory_.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
+  if (::fcntl(memory.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
     throw internal_error("the shared memory of the frames cannot be sealed");
-  map();
+  return memory;
 }
 
 SharedFrames::SharedFrames(Descriptor memory, std::size_t slots, std::size_t slot_bytes)
     : memory_(std::move(memory)), slots_(slots), slot_bytes_(slot_bytes) {
-  map();
-}
-
-void SharedFrames::map() {
   void* at =
-      ::mmap(nullptr, slots_ * slot_bytes_, PROT_READ | PROT_WRITE, MAP_SHARED, memory_.get(), 0);
+      ::mmap(nullptr, slots * slot_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, memory_.get(), 0);
   if (at == MAP_FAILED) throw internal_error("the shared memory of the frames cannot be mapped");
   at_ = static_cast<std::uint8_t*>(at);
 }
@@ -147,7 +133,8 @@ void CameraHost::launch() {
     throw internal_error("no socket pair for the camera host");
   control_ = Descriptor(ends[0]);
   const Descriptor theirs(ends[1]);
-  memory_.emplace(options_.slots, options_.slot_bytes);
+  memory_.emplace(memory_for_frames(options_.slots * options_.slot_bytes), options_.slots,
+                  options_.slot_bytes);
   process_ = start_child(
       options_.program,
       {"--control", std::to_string(theirs.get()), "--memory", std::to_string(memory_->descriptor()),

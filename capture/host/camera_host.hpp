@@ -27,10 +27,11 @@ class Descriptor {
   ~Descriptor() { reset(); }
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
-  Descriptor(Descriptor&& other) noexcept : descriptor_(other.descriptor_) {
-    other.descriptor_ = -1;
+  Descriptor(Descriptor&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(descriptor_, other.descriptor_);  // `other` closes what was open here
+    return *this;
   }
-  Descriptor& operator=(Descriptor&& other) noexcept;
   void reset();
   [[nodiscard]] int get() const { return descriptor_; }
 
@@ -38,23 +39,22 @@ class Descriptor {
   int descriptor_;
 };
 
+/// Creates an anonymous memory file of a fixed size, for SharedFrames.
+[[nodiscard]] Descriptor memory_for_frames(std::size_t bytes);
+
 /// Frames in memory shared by two processes: `slots` of `slot_bytes` each.
 class SharedFrames {
  public:
-  /// Creates an anonymous memory file.
-  SharedFrames(std::size_t slots, std::size_t slot_bytes);
-  /// Maps the memory behind an inherited descriptor.
+  /// Maps the memory behind a descriptor.
   SharedFrames(Descriptor memory, std::size_t slots, std::size_t slot_bytes);
   ~SharedFrames();
   SharedFrames(const SharedFrames&) = delete;
   SharedFrames& operator=(const SharedFrames&) = delete;
 
   [[nodiscard]] std::span<std::uint8_t> slot(std::size_t index) const;
-  [[nodiscard]] std::size_t slots() const { return slots_; }
   [[nodiscard]] int descriptor() const { return memory_.get(); }
 
  private:
-  void map();
   Descriptor memory_;
   std::size_t slots_, slot_bytes_;
   std::uint8_t* at_ = nullptr;

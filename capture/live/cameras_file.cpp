@@ -91,18 +91,9 @@ void fields(Fields& f, CamerasFile& file) {
 }
 
 TriggerSource trigger_of(SyncMethod method) {
-  switch (method) {
-    case SyncMethod::free_run:
-      return TriggerSource::free_run;
-    case SyncMethod::software_trigger:
-      return TriggerSource::software;
-    case SyncMethod::line_trigger:
-      return TriggerSource::line;
-    case SyncMethod::action:
-    case SyncMethod::scheduled_action:
-      return TriggerSource::action;
-  }
-  return TriggerSource::free_run;
+  using enum TriggerSource;
+  constexpr TriggerSource kSources[] = {free_run, software, line, action, action};  // by method
+  return kSources[static_cast<std::size_t>(method)];
 }
 
 CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {

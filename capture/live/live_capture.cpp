@@ -1054,20 +1054,14 @@ class Session {
   }
 
   [[nodiscard]] std::string remedy_for(Unpaired why) const {
-    switch (why) {
-      case Unpaired::partner_missing:
-        return by_trigger() ? "see why the other cameras have no frame of that trigger"
-                            : "use a trigger, or cameras of one frame rate";
-      case Unpaired::repeated_id:
-        return "look for a switch that sends packets twice; else replace the camera";
-      case Unpaired::no_time:
-        return "let nothing set the camera's clock; or use software_trigger";
-      case Unpaired::no_trigger:
-        return "let nothing else trigger the camera, and lower frame_rate_hz";
-      case Unpaired::no:
-        break;
-    }
-    return {};
+    if (why == Unpaired::partner_missing && !by_trigger())
+      return "use a trigger, or cameras of one frame rate";
+    constexpr const char* kRemedies[] = {
+        "", "see why the other cameras have no frame of that trigger",
+        "look for a switch that sends packets twice; else replace the camera",
+        "let nothing set the camera's clock; or use software_trigger",
+        "let nothing else trigger the camera, and lower frame_rate_hz"};  // by reason
+    return kRemedies[static_cast<std::size_t>(why)];
   }
 
   const std::string& name(std::size_t camera) const { return file_.cameras[camera].name; }

@@ -156,25 +156,9 @@ bool PixelFormat::is_grey() const {
 }
 
 std::size_t PixelFormat::row_bytes(int width_px) const {
-  const auto width = static_cast<std::size_t>(width_px);
-  switch (packing) {
-    case bytes:
-    case nv12:
-      return width;
-    case words:
-    case yuyv:
-    case uyvy:
-      return 2 * width;
-    case lsb:
-      return (width * static_cast<std::size_t>(bits) + 7) / 8;
-    case gige_packed:
-      return (3 * width + 1) / 2;
-    case rgb:
-      return 3 * width;
-    case jpeg:
-      break;
-  }
-  return 0;
+  constexpr int kPixelBits[] = {8, 16, 0, 12, 16, 16, 8, 24, 0};  // by packing
+  const int pixel_bits = packing == lsb ? bits : kPixelBits[static_cast<std::size_t>(packing)];
+  return (static_cast<std::size_t>(width_px) * static_cast<std::size_t>(pixel_bits) + 7) / 8;
 }
 
 std::size_t PixelFormat::frame_bytes(std::size_t stride_bytes, int height_px) const {

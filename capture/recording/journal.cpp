@@ -243,26 +243,23 @@ std::string Journal::free_take(const std::string& set) const {
 }
 
 void Journal::replace(const std::string& set) {
-  std::vector<std::pair<std::string, std::string>> names{{set + ".new", set}};
-  if (holds(set)) names.insert(names.begin(), {set, free_take(set)});
-  rename(names);
+  put_in_place(set + ".new", set);
 }
 
 void Journal::restore(const std::string& set) {
   const int newest = newest_take(set);
   if (newest == 0)
     throw usage_error(fmt::format("set `{}` was taken once only", set), "take it again with `r`");
-  std::vector<std::pair<std::string, std::string>> names{
-      {fmt::format("{}.take{}", set, newest), set}};
-  // A missing set means an undo killed half-way.
-  if (holds(set)) names.insert(names.begin(), {set, free_take(set)});
-  rename(names);
+  put_in_place(fmt::format("{}.take{}", set, newest), set);
 }
 
-void Journal::rename(const std::vector<std::pair<std::string, std::string>>& names) {
-  for (const auto& [from, to] : names) {
-    write_line(one_line(value_of(JournalLine{.renamed = {from, to}})));
-    rename(from, to);
+void Journal::put_in_place(const std::string& from, const std::string& set) {
+  std::vector<std::pair<std::string, std::string>> names{{from, set}};
+  // A missing set means an undo killed half-way.
+  if (holds(set)) names.insert(names.begin(), {set, free_take(set)});
+  for (const auto& [before, after] : names) {
+    write_line(one_line(value_of(JournalLine{.renamed = {before, after}})));
+    rename(before, after);
   }
   waits_ = true;
 }

@@ -60,7 +60,8 @@ class Journal {
   void leave_out_gone(std::vector<FrameSet>::iterator first_adopted);
   void write_line(const std::string& text);
   void rename(const std::string& from, const std::string& to);
-  void rename(const std::vector<std::pair<std::string, std::string>>& names);
+  /// Gives a set its name; one that has the name becomes the next take.
+  void put_in_place(const std::string& from, const std::string& set);
   /// Number of the set's last .take; 0 where there is none.
   [[nodiscard]] int newest_take(const std::string& set) const;
   [[nodiscard]] std::string free_take(const std::string& set) const;

@@ -185,21 +185,9 @@ SetDetails set_details(const std::string& name, const LiveSet& set,
                        const std::vector<FrameQuality>& qualities, std::size_t averaged,
                        const LiveReport& report, const StillReport& still,
                        const RecordOptions& options, const std::optional<std::string>& no_go) {
-  SetDetails details{name,
-                     no_go,
-                     {},
-                     options.recorded_on,
-                     report.method,
-                     report.paired_by,
-                     set.trigger,
-                     set.spread_s,
-                     set.spread_bound_s,
-                     averaged,
-                     still,
-                     options.still,
-                     {},
-                     report.faults};
-  if (!report.why_fallen_back.empty()) details.fallen_back = report.why_fallen_back;
+  const LiveSet moment{set.spread_s, set.spread_bound_s, set.trigger, {}};
+  SetDetails details{name,     no_go, options.recorded_on, report, moment,
+                     averaged, still, options.still,       {}};
   for (std::size_t c = 0; c < set.frames.size(); ++c) {
     const LiveFrame& frame = set.frames[c];
     CameraDetails& camera = details.cameras.emplace_back();
@@ -220,19 +208,21 @@ SetDetails set_details(const std::string& name, const LiveSet& set,
 
 void fields(Fields& f, SetDetails& details) {
   Stillness stillness{details};
+  std::optional<std::string> fallen_back;
+  if (!details.report.why_fallen_back.empty()) fallen_back = details.report.why_fallen_back;
   f(Field{"set", "name of the set"}.plain_name(), details.set);
   f.if_any({"no_go", "reason why the set cannot be used as a measurement"}, details.no_go);
   f({"recorded_on", "ISO date"}, details.recorded_on);
-  f({"sync_method", "synchronisation method used"}, details.method);
-  f({"fallen_back_because", "reason why the preferred method was not used"}, details.fallen_back);
-  f({"paired_by", "property by which frames were paired"}, details.paired_by);
-  f({"trigger", "trigger number"}, details.trigger);
-  f({"spread_ms", "latest minus earliest exposure", 1e-3}, details.spread_s);
-  f({"spread_bound_ms", "upper bound of the spread", 1e-3}, details.spread_bound_s);
+  f({"sync_method", "synchronisation method used"}, details.report.method);
+  f({"fallen_back_because", "reason why the preferred method was not used"}, fallen_back);
+  f({"paired_by", "property by which frames were paired"}, details.report.paired_by);
+  f({"trigger", "trigger number"}, details.moment.trigger);
+  f({"spread_ms", "latest minus earliest exposure", 1e-3}, details.moment.spread_s);
+  f({"spread_bound_ms", "upper bound of the spread", 1e-3}, details.moment.spread_bound_s);
   f({"frames_averaged", "frames averaged per camera"}, details.averaged);
   f({"stillness", "stillness of cloth and cameras"}, stillness);
   f({"cameras", "one entry per camera"}, details.cameras);
-  f({"faults", "faults seen up to this set"}, details.faults);
+  f({"faults", "faults seen up to this set"}, details.report.faults);
 }
 
 void fields(Fields& f, SetNotes& notes) {

@@ -100,17 +100,14 @@ struct CameraDetails {
 /// faults, and why the set is no valid measurement, if so.
 struct SetDetails {
   std::string set;
-  std::optional<std::string> no_go, fallen_back;
+  std::optional<std::string> no_go;
   std::string recorded_on;
-  SyncMethod method = SyncMethod::free_run;
-  PairedBy paired_by = PairedBy::time;
-  std::optional<std::int64_t> trigger;
-  std::optional<double> spread_s, spread_bound_s;
+  LiveReport report;  ///< `cameras` below has its cameras
+  LiveSet moment;     ///< without its frames
   std::size_t averaged = 1;
   StillReport still;
   StillOptions still_options;
   std::vector<CameraDetails> cameras;
-  std::vector<LiveFault> faults;
 };
 void fields(Fields& f, SetDetails& details);
 

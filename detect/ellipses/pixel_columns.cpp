@@ -106,24 +106,14 @@ inline float tail(float distance, float at_density) {
           t * (-0.356563782F + t * (1.781477937F + t * (-1.821255978F + t * 1.330274429F))));
 }
 
+/// Parameters of the model, in its order, and its deepest distance.
 struct Shape {
   float light, light_x, light_y, print, cx, cy, m11, m12, m22, blur, deepest;
 };
 
 Shape shape_of(const Model& model) {
-  const Model::Vector& p = model.parameters();
-  const auto at = [&](int k) { return static_cast<float>(p(k)); };
-  Shape s{at(Model::light),
-          at(Model::light_x),
-          at(Model::light_y),
-          at(Model::print),
-          at(Model::cx),
-          at(Model::cy),
-          at(Model::m11),
-          at(Model::m12),
-          at(Model::m22),
-          at(Model::blur),
-          0};
+  const Eigen::Matrix<float, Model::size, 1> p = model.parameters().cast<float>();
+  Shape s{p(0), p(1), p(2), p(3), p(4), p(5), p(6), p(7), p(8), p(9), 0};
   const float norm = std::sqrt(s.m11 * s.m11 + 2 * s.m12 * s.m12 + s.m22 * s.m22);
   s.deepest = -(1 - shallowest) / std::max(norm, 1e-9F);
   return s;

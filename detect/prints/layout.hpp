@@ -93,7 +93,6 @@ void require_replaceable_plate(const std::filesystem::path& file,
 
 }  // namespace drape::detect
 
-namespace drape {
 template <>
-inline constexpr std::string_view names_of<detect::Paper>[] = {"auto", "a4", "a3", "letter", "fit"};
-}  // namespace drape
+inline constexpr std::string_view drape::names_of<drape::detect::Paper>[] = {"auto", "a4", "a3",
+                                                                             "letter", "fit"};

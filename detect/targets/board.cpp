@@ -192,13 +192,6 @@ std::optional<BoardGrid> placed_on_board(const GreyImage& image, const Target& t
 constexpr int kLeastParts[] = {4, 3};
 constexpr double kWindowFraction = 0.25;  ///< half window over distance to the nearest neighbour
 
-BoardGrid grid_of(int rows, int cols, const std::vector<cv::Point2f>& corners) {
-  BoardGrid grid{rows, cols, {}, 0, 0};
-  for (const cv::Point2f& corner : corners) grid.px.emplace_back(corner.x, corner.y);
-  grid.unmirror();
-  return grid;
-}
-
 /// True for a regular grid with two levels of squares, since finders may see a board of 3 x 4
 /// corners in noise. Adjacent squares must differ by more than twice the scatter within a square.
 bool is_board(const GreyImage& image, const BoardGrid& grid) {
@@ -228,7 +221,11 @@ bool is_board(const GreyImage& image, const BoardGrid& grid) {
                             kLeastScatters * std::sqrt(std::max(0.0, within) / squares);
 }
 
-std::optional<BoardGrid> board_of(const GreyImage& image, BoardGrid grid) {
+std::optional<BoardGrid> board_of(const GreyImage& image, int rows, int cols,
+                                  const std::vector<cv::Point2f>& corners) {
+  BoardGrid grid{rows, cols, {}, 0, 0};
+  for (const cv::Point2f& corner : corners) grid.px.emplace_back(corner.x, corner.y);
+  grid.unmirror();
   if (!is_board(image, grid)) return std::nullopt;
   return grid;
 }
@@ -242,7 +239,7 @@ std::optional<BoardGrid> by_sectors(const GreyImage& image, const cv::Size& size
                                    cv::CALIB_CB_NORMALIZE_IMAGE | flags, pattern) ||
       corners.size() != pattern.total())
     return std::nullopt;
-  return board_of(image, grid_of(pattern.rows, pattern.cols, corners));
+  return board_of(image, pattern.rows, pattern.cols, corners);
 }
 
 /// Number of pixels on which the quadrilateral finder ends within a second for any picture.
@@ -263,7 +260,7 @@ std::optional<BoardGrid> by_quadrangles(const GreyImage& image, const cv::Size& 
               by_y = float(view.rows) / float(reduced.rows);
   for (cv::Point2f& corner : corners)
     corner = {(corner.x + 0.5F) * by_x - 0.5F, (corner.y + 0.5F) * by_y - 0.5F};
-  return board_of(image, grid_of(size.height, size.width, corners));
+  return board_of(image, size.height, size.width, corners);
 }
 
 /// Board found in a picture, complete or in part.

@@ -77,8 +77,8 @@ capture::SetDetails small_details() {
   capture::SetDetails details;
   details.set = "drape_A";
   details.recorded_on = "2026-01-31";
-  details.trigger = 3;
-  details.spread_s = 1e-4;
+  details.moment.trigger = 3;
+  details.moment.spread_s = 1e-4;
   details.still.cameras.emplace_back().name = "cam0";
   capture::CameraDetails& camera = details.cameras.emplace_back();
   camera.report.name = "cam0";
@@ -86,7 +86,7 @@ capture::SetDetails small_details() {
   camera.report.settings = {{"exposure_us", "5000"}};
   camera.report.clock.emplace();
   camera.pixel_format = "Mono8";
-  details.faults = {{"cam0", "a frame came late", "check the network", 2}};
+  details.report.faults = {{"cam0", "a frame came late", "check the network", 2}};
   return details;
 }
 
