@@ -238,92 +238,91 @@ std::vector<Published> read_published(const std::string& file) {
   return list;
 }
 
+/// Current comparisons of an experiment (?1) with simulations of its own start, or its pairs:
+/// sheet, model, solver, what is compared, mean distance, whether it is at rest, whether its
+/// measurement is NO-GO; the spacing of a mesh.
+constexpr const char *kReal = R"sql(
+SELECT rig || '_' || measured_set || '_' || substr(measured, 1, 6) AS head, measured, model, solver,
+  discretisation, CAST(segments AS TEXT), round(mean_dist_mm, 2), status = 'at rest',
+  coalesce(measurement, '') = 'NO-GO', spacing_mm, segments
+FROM v_real_vs_virtual WHERE scene = ?1 AND simulator = 'drapebench' AND begins = 'scene'
+  AND branch IS NULL AND coalesce(state, 'current') = 'current'
+ORDER BY head, measured, model, solver, id)sql",
+                     *kPairs = R"sql(
+SELECT coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || substr(m.sha256, 1, 6)
+    FROM sheet AS m WHERE substr(m.sha256, 1, 12) = v.measured), 'virtual') AS head,
+  coalesce(measured, ''), model, solver, pair, '', round(mean_dist_mm, 2), both_at_rest,
+  coalesce(measurement, '') = 'NO-GO', NULL, NULL
+FROM v_virtual_vs_virtual AS v WHERE scene = ?1 AND coalesce(state, 'current') = 'current'
+ORDER BY measured IS NOT NULL, head, measured, model, solver, comparison)sql";
+
 /// A column of results: simulations with one model and solver, compared with one measured sheet or
 /// (pairs only) without any.
 struct PublishedColumn {
-  std::string head, measured, model, solver;
+  std::vector<std::string> of;  ///< sheet for people, sheet, model, solver
   bool go = true;
+  /// Mean distances by grid (or pair) and segments, and whether all of their sheets are at rest.
+  std::map<std::pair<std::string, std::string>, std::pair<std::string, bool>> cells = {};
 };
 
-/// Current comparisons of an experiment (?1) with simulations of its own start, or its pairs.
-constexpr const char *kReal = R"sql(
-(SELECT *, rig || '_' || measured_set || '_' || substr(measured, 1, 6) AS head FROM v_real_vs_virtual
-  WHERE scene = ?1 AND simulator = 'drapebench' AND begins = 'scene' AND branch IS NULL
-  AND coalesce(state, 'current') = 'current'))sql",
-                     *kPairs = R"sql(
-(SELECT *, coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || substr(m.sha256, 1, 6)
-    FROM sheet AS m WHERE substr(m.sha256, 1, 12) = v.measured), 'virtual') AS head
-  FROM v_virtual_vs_virtual AS v WHERE scene = ?1 AND coalesce(state, 'current') = 'current'))sql";
-
-/// Sheets that were compared for the experiment and not replaced since; the model is named if there
-/// are several.
-std::vector<PublishedColumn> columns_of(const StoreReader& store, const Published& row) {
+/// One table of the paper with a column for each sheet that was compared for the experiment and not
+/// replaced since; the model is named if there are several.
+Table published_table(const StoreReader& store, std::vector<Published> rows) {
   using Text = std::string;
+  const Published first = rows.front();
   std::vector<PublishedColumn> columns;
-  for (const auto& [head, sheets, measured, model, solver, no_go] :
-       store.rows<Text, int, Text, Text, Text, bool>(fmt::format(R"sql(
-SELECT head, count(*) OVER (PARTITION BY measured), measured, model, solver,
-  max(coalesce(measurement, '') = 'NO-GO') FROM {}
-GROUP BY head, measured, model, solver ORDER BY measured IS NOT NULL, head, model, solver)sql",
-                                                                 row.real ? kReal : kPairs),
-                                                     {row.experiment})) {
-    const std::string apart = "_" + model + (solver.empty() ? "" : "_" + solver);
-    columns.push_back({head + (sheets > 1 ? apart : "") + "_mm", measured, model, solver, !no_go});
+  std::optional<std::pair<double, int>> finest;  // spacing, and segments below 0
+  for (const auto& [head, measured, model, solver, grid, segments, mean_mm, at_rest, no_go,
+                    spacing_mm, number] :
+       store.rows<Text, Text, Text, Text, Text, Text, Text, bool, bool, std::optional<double>, int>(
+           first.real ? kReal : kPairs, {first.experiment})) {
+    const std::vector<Text> of = {head, measured, model, solver};
+    if (columns.empty() || columns.back().of != of) columns.push_back({of});
+    columns.back().go = columns.back().go && !no_go;
+    auto& [text, rests] =
+        columns.back().cells.try_emplace({grid, segments}, Text(), true).first->second;
+    text += (text.empty() ? "" : " / ") + mean_mm;
+    rests = rests && at_rest;
+    if (!spacing_mm || (finest && *finest <= std::pair(*spacing_mm, -number))) continue;
+    if (finest) rows.pop_back();
+    finest = {*spacing_mm, -number};
+    rows.push_back({first.experiment, true, grid, segments, "", first.table});
   }
-  return columns;
-}
-
-/// The mean distances of one column, and whether all of their sheets are at rest.
-std::pair<std::string, bool> cell_of(const StoreReader& store, const Published& row,
-                                     const PublishedColumn& column) {
-  Cells parameters = {row.experiment, column.measured, column.model, column.solver, row.grid};
-  if (row.real) parameters.emplace_back(row.segments);
-  std::pair<std::string, bool> cell{{}, true};
-  for (const auto& [mean_mm, at_rest] : store.rows<std::string, bool>(
-           fmt::format(
-               "SELECT round(mean_dist_mm, 2), {} FROM {} WHERE coalesce(measured, '') = ?2 "
-               "AND model = ?3 AND coalesce(solver, '') = ?4 AND {}",
-               row.real ? "status = 'at rest'" : "both_at_rest", row.real ? kReal : kPairs,
-               row.real ? "discretisation = ?5 AND CAST(segments AS TEXT) = ?6 ORDER BY id"
-                        : "pair = ?5"),
-           parameters)) {
-    cell.first += (cell.first.empty() ? "" : " / ") + mean_mm;
-    cell.second = cell.second && at_rest;
-  }
-  return cell;
-}
-
-Table head_of(const Published& row, const std::vector<PublishedColumn>& columns) {
-  Table table = row.real ? Table({"discretisation", "segments", "published_mm"}, {1, 2})
-                         : Table({"pair", "published_mm"}, {1});
-  table.title = fmt::format("Table {}. {}, experiment {}{}", row.table,
-                            row.real ? "Real vs virtual" : "Virtual vs virtual", row.experiment,
+  Table table = first.real ? Table({"discretisation", "segments", "published_mm"}, {1, 2})
+                           : Table({"pair", "published_mm"}, {1});
+  table.title = fmt::format("Table {}. {}, experiment {}{}", first.table,
+                            first.real ? "Real vs virtual" : "Virtual vs virtual", first.experiment,
                             !columns.empty() ? ""
-                            : row.real       ? " (no measured sheet of it is current in this store)"
+                            : first.real     ? " (no measured sheet of it is current in this store)"
                                              : " (no pair of it in this store)");
   for (const PublishedColumn& column : columns) {
-    table.names.push_back(column.head);
-    if (!column.go) table.title += "; measurement NO-GO: " + column.head;
+    const auto same = std::count_if(columns.begin(), columns.end(),
+                                    [&](const auto& other) { return other.of[1] == column.of[1]; });
+    Text name = column.of[0];
+    if (same > 1) name += "_" + column.of[2] + (column.of[3].empty() ? "" : "_" + column.of[3]);
+    table.names.push_back(name + "_mm");
+    if (!column.go) table.title += "; measurement NO-GO: " + table.names.back();
     table.numeric.push_back(true);
   }
+  const std::size_t before = table.names.size() - columns.size();
   table.names.emplace_back("not_at_rest");
   table.numeric.push_back(false);
-  return table;
-}
-
-void add_row(const StoreReader& store, const Published& row,
-             const std::vector<PublishedColumn>& columns, Table& table) {
-  std::vector<std::string> cells = {row.grid};
-  if (row.real) cells.push_back(row.segments);
-  cells.push_back(row.mean_mm);
-  std::string moving;
-  for (const PublishedColumn& column : columns) {
-    const auto [mean_mm, at_rest] = cell_of(store, row, column);
-    cells.push_back(mean_mm);
-    if (!at_rest) moving += (moving.empty() ? "" : ", ") + column.head;
+  for (const Published& row : rows) {
+    std::vector<Text> cells = {row.grid};
+    if (row.real) cells.push_back(row.segments);
+    cells.push_back(row.mean_mm);
+    Text moving;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const auto found = columns[i].cells.find({row.grid, row.segments});
+      const bool there = found != columns[i].cells.end();
+      cells.push_back(there ? found->second.first : "");
+      if (there && !found->second.second)
+        moving += (moving.empty() ? "" : ", ") + table.names[before + i];
+    }
+    cells.push_back(moving);
+    table.add(std::move(cells));
   }
-  cells.push_back(moving);
-  table.add(std::move(cells));
+  return table;
 }
 
 }  // namespace
@@ -332,27 +331,15 @@ std::vector<Table> published_tables(const StoreReader& store, const std::string&
                                     const std::string& experiment) {
   store.require_as_written(kBehindTables);
   std::vector<Table> tables;
-  std::vector<PublishedColumn> columns;
   std::set<std::string> known;
   const std::vector<Published> list = read_published(published_csv);
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const Published& row = list[i];
-    known.insert(row.experiment);
-    if (!experiment.empty() && row.experiment != experiment) continue;
-    if (i == 0 || tables.empty() || row.table != list[i - 1].table) {
-      columns = columns_of(store, row);
-      tables.push_back(head_of(row, columns));
-    }
-    add_row(store, row, columns, tables.back());
-    if (!row.real || (i + 1 < list.size() && list[i + 1].table == row.table)) continue;
-    // The finest mesh with the most segments.
-    for (const auto& [mesh, segments] : store.rows<std::string, std::string>(
-             fmt::format(
-                 "SELECT discretisation, segments FROM {} WHERE spacing_mm IS NOT NULL ORDER "
-                 "BY spacing_mm, segments DESC LIMIT 1",
-                 kReal),
-             {row.experiment}))
-      add_row(store, {row.experiment, true, mesh, segments, "", row.table}, columns, tables.back());
+  for (auto row = list.begin(); row != list.end();) {
+    const auto end = std::find_if(
+        row, list.end(), [&](const Published& other) { return other.table != row->table; });
+    known.insert(row->experiment);
+    if (experiment.empty() || row->experiment == experiment)
+      tables.push_back(published_table(store, {row, end}));
+    row = end;
   }
   if (tables.empty() && !experiment.empty())
     throw usage_error(fmt::format("the paper has no experiment `{}`", experiment),

@@ -14,7 +14,6 @@
 #include "compare/store/inputs.hpp"
 #include "compare/store/manifest.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/rows.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

@@ -113,48 +113,36 @@ Trend trend_of(const StoreReader& store, const TrendOptions& options) {
 
 namespace {
 
-/// Values of every run by owner, except those with these keys.
 using Values = std::map<std::string, std::string>;
-using ValuesOfRuns = std::map<std::string, std::map<std::string, Values>>;
 
-ValuesOfRuns other_values(const StoreReader& store, const Cells& keys, const std::string& key) {
-  std::string list;
-  for (std::size_t i = 0; i < keys.size(); ++i) list += fmt::format("{}?", i == 0 ? "" : ", ");
-  ValuesOfRuns values;
-  for (auto& [run, owner, name, value] :
+/// Numbers the rows of each scene by the values they share apart from those of the trend's keys,
+/// and names the differences from the first of them. The last column comes with the fabric's name.
+void set_series_apart(const StoreReader& store, const Cells& keys, const std::string& key,
+                      Table& table) {
+  std::string marks;
+  for (std::size_t i = 0; i < keys.size(); ++i) marks += "?, ";
+  Cells parameters = keys;
+  parameters.emplace_back(key);
+  std::map<std::pair<std::string, std::string>, Values> values;  // by run and scene
+  for (auto& [run, scene, name, value] :
        store.rows<std::string, std::string, std::string, std::string>(
-           fmt::format(
-               "SELECT run, owner, key, value FROM run_value WHERE (owner LIKE 'scene %' OR "
-               "owner LIKE 'fabric %' OR owner = 'calibration') AND key NOT IN ({})",
-               list),
-           keys))
-    if (name != key) values[run][owner][name] = std::move(value);
-  return values;
-}
-
-/// Numbers the rows of each scene by the values they share apart from that of the trend, and names
-/// the differences from the first of them. The last column comes with the fabric's name.
-void set_series_apart(Table& table, const ValuesOfRuns& runs, bool by_fabric) {
+           fmt::format(R"sql(
+SELECT d.run, d.scene, x.owner || ' ' || x.key, x.value FROM v_run_drape AS d
+  JOIN run_value AS x ON x.run = d.run AND x.owner IN ('scene ' || d.scene, 'calibration'{})
+WHERE x.key NOT IN ({}?))sql",
+                       key == "fabric" ? "" : ", 'fabric ' || d.fabric", marks),
+           parameters))
+    values[{run, scene}][name] = std::move(value);
   const auto at = [&](const char* name) { return *table.column(name); };
   const std::size_t scene = at("scene"), run = at("run"), series = at("series"),
                     mesh = at("discretisation"), segments = at("segments"),
                     otherwise = at("otherwise");
   std::map<std::string, std::vector<Values>> known;
   for (auto& row : table.rows) {
-    Values all = {{"discretisation", row[mesh]}, {"segments", row[segments]}};
-    const auto add = [&](const std::string& owner) {
-      const auto values = runs.find(row[run]);
-      if (values == runs.end() || !values->second.contains(owner)) return;
-      for (const auto& [name, value] : values->second.at(owner)) all[owner + " " + name] = value;
-    };
-    add("scene " + row[scene]);
-    add("calibration");
-    if (!by_fabric) {
-      all["fabric"] = row[otherwise];
-      add("fabric " + row[otherwise]);
-    } else {
-      all.erase("scene " + row[scene] + " fabric");
-    }
+    Values all = values[{row[run], row[scene]}];
+    all["discretisation"] = row[mesh];
+    all["segments"] = row[segments];
+    if (key != "fabric") all["fabric"] = row[otherwise];
     std::vector<Values>& of_scene = known[row[scene]];
     const auto same = std::find(of_scene.begin(), of_scene.end(), all);
     row[series] = std::to_string(same - of_scene.begin() + 1);
@@ -227,7 +215,7 @@ FROM v_run_drape AS d{} ORDER BY d.scene, by_value, d.date, d.run)sql",
                                         chosen, value, kUncertaintyIs, of_specimen),
                             keys);
   if (!specimen.empty()) keys.pop_back();
-  set_series_apart(table, other_values(store, keys, key), key == "fabric");
+  set_series_apart(store, keys, key, table);
   table.names[1] = key;
   return table;
 }

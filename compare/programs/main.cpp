@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "compare/hems/hem_files.hpp"
-#include "compare/records/provenance.hpp"
 #include "compare/repeats/repeats.hpp"
 #include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
@@ -336,6 +335,16 @@ void fields(Fields& f, RepeatsArguments& a) {
   f.otherwise({"significance", "probability that a real repeat counts as outside", 1, 0.001, 0.5},
               a.significance);
   f({"out", "repeats.json to write"}, a.out);
+}
+
+/// Both files of each sheet, whichever is given.
+std::vector<std::filesystem::path> files_of_sheets(
+    const std::vector<std::filesystem::path>& sheets) {
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path& sheet : sheets)
+    for (const char* ending : {".ply", ".json"})
+      files.push_back(std::filesystem::path(sheet).replace_extension(ending));
+  return files;
 }
 
 std::vector<SheetFile> sheets_of(const std::vector<std::filesystem::path>& files) {

@@ -183,14 +183,6 @@ void require_as_recorded(const fs::path& output) {
   }
 }
 
-std::vector<fs::path> files_of_sheets(const std::vector<fs::path>& sheets) {
-  std::vector<fs::path> files;
-  for (const fs::path& sheet : sheets)
-    for (const char* ending : {".ply", ".json"})
-      files.push_back(fs::path(sheet).replace_extension(ending));
-  return files;
-}
-
 std::vector<ChainLink> chain_of(RecordBook& book, const fs::path& file, const std::string& sha256,
                                 std::set<fs::path>& followed) {
   std::vector<ChainLink> chain;

@@ -52,10 +52,6 @@ class RecordBook {
 /// folder or the one above), differs from the record.
 void require_as_recorded(const std::filesystem::path& output);
 
-/// Both files of each sheet, whichever is given.
-[[nodiscard]] std::vector<std::filesystem::path> files_of_sheets(
-    const std::vector<std::filesystem::path>& sheets);
-
 /// A step in the chain from a number back to photographs and measurements.
 struct ChainLink {
   int depth = 0;

@@ -60,7 +60,7 @@ struct Session {
 /// Reads the sheets (each measured one starts a group; simulated ones before any of these are only
 /// compared with each other), and beside them detections.json, sensitivity/sensitivity.json,
 /// certificate.json, levels.json, the run records and from these the scene, if they exist. A .toml
-/// is another simulator's mesh (other_mesh.hpp). `calibration_file` can be empty. Throws
+/// is another simulator's mesh (drape_input.hpp). `calibration_file` can be empty. Throws
 /// Error(bad_input) if a sheet was measured with another calibration than the given one, if a
 /// measured sheet is given twice, or if a simulation differs from its run record. Each of
 /// `repeats`, a measured sheet that states which repeat it is, is added to every drape of its

@@ -186,15 +186,16 @@ Store::Store(const fs::path& file) : file_(file) {
     prepare_folder(file);
     // SQLite reports "busy" immediately if waiting could be a deadlock, as in a change of the
     // journal mode: opening is then tried again.
+    const auto last = std::chrono::steady_clock::now() + store_patience;
     for (bool opened = false; !opened;) {
       try {
         open();
         opened = true;
       } catch (const SQLite::Exception& exception) {
-        if (!wait_after(exception)) throw;
+        if (!is_busy(exception) || std::chrono::steady_clock::now() > last) throw;
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
       }
     }
-    stop_waiting();
   } catch (const SQLite::Exception& exception) {
     throw store_error(file, exception);
   }
@@ -204,7 +205,7 @@ void Store::open() {
   database_ = std::make_unique<SQLite::Database>(file_.string(),
                                                  SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   SQLite::Database& database = *database_;
-  wait_for_others(database);
+  database.setBusyTimeout(static_cast<int>(store_patience.count()));
   const auto begin = SQLite::TransactionBehavior::DEFERRED;
   int version = 0;
   {
@@ -236,7 +237,6 @@ Store::~Store() {
 void Store::write(const std::function<void(Writer&)>& rows) {
   try {
     Writer writer(*database_);
-    stop_waiting();
     rows(writer);
     writer.commit();
   } catch (const SQLite::Exception& exception) {
@@ -262,7 +262,7 @@ StoreReader::StoreReader(const fs::path& file, Schema schema) try
     : file_(real_store(file)),
       copy_(private_copy(file_)),
       database_(opened().string(), SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX) {
-  wait_for_others(database_);
+  database_.setBusyTimeout(static_cast<int>(store_patience.count()));
   sqlite3_limit(database_.getHandle(), SQLITE_LIMIT_LENGTH, kMostValue);
   database_.exec("PRAGMA query_only = ON");
   const int version = version_of(database_, file_);
@@ -280,7 +280,6 @@ StoreReader::StoreReader(const fs::path& file, Schema schema) try
   if (schema == Schema::own)
     if (const auto findings = schema_findings(database_); !findings.empty())
       throw not_as_written(file_, findings.front());
-  stop_waiting();
 } catch (const SQLite::Exception& exception) {
   throw store_error(real_store(file), exception);
 }

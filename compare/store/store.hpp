@@ -13,7 +13,6 @@
 
 #include "compare/schema/schema.hpp"
 #include "compare/store/manifest.hpp"
-#include "compare/store/rows.hpp"
 #include "core/files/files.hpp"
 #include "core/run_report.hpp"
 
