@@ -35,7 +35,7 @@ struct View {
   /// Null if the cameras were calibrated separately, each with its own covariance.
   const InJointCovariance* joint = nullptr;
   SharedUnknowns shape_px =
-      SharedUnknowns(2, 0);  ///< unknowns of the dot's shape; see dot_shape.hpp
+      SharedUnknowns(2, 0);  ///< unknowns of the dot's shape; see dots.hpp
 };
 
 struct Point {
