@@ -470,8 +470,8 @@ constexpr const char* kAcceptances =
     "SELECT date, verdict, valid_until, positions, cause FROM acceptance ORDER BY date";
 constexpr std::size_t kRunsOnAPage = 20, kShownPoints = 60;
 
-/// Lines of one chart, each labelled by the first of `keys` and by those in which it differs from
-/// other lines with the same first one.
+/// Curves of one chart. A curve's label is its value of the first key, plus the values of the keys
+/// that vary among curves with the same first value.
 Json lines_of(const Json& rows, const std::vector<const char*>& keys, const char* value,
               const char* uncertainty) {
   const auto text_of = [](const Json& row, const char* key) {

@@ -10,7 +10,7 @@
 
 namespace drape {
 
-/// Uncertainty of one value: its standard uncertainty, or the extent of its range down and up.
+/// Uncertainty of a value: standard, or, if rectangular, the half-widths below and above it.
 struct ValueWidth {
   double down = 0, up = 0;  ///< in the value's unit; per cent of a fabric value
   bool rectangular = false;

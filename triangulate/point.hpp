@@ -34,8 +34,7 @@ struct View {
   double axis_angle_rad = 0;                               ///< from +u towards the major axis
   /// Null if the cameras were calibrated separately, each with its own covariance.
   const InJointCovariance* joint = nullptr;
-  SharedUnknowns shape_px =
-      SharedUnknowns(2, 0);  ///< unknowns of the dot's shape; see dots.hpp
+  SharedUnknowns shape_px = SharedUnknowns(2, 0);  ///< unknowns of the dot's shape; see dots.hpp
 };
 
 struct Point {
@@ -87,8 +86,8 @@ struct Agreed {
   std::string gap_reason;              ///< why there is no point
 };
 
-/// Solves the point from all views. If they disagree and there are at least three, leaves out the
-/// view whose removal gives the best agreement.
+/// Triangulates the point from all views. If three or more disagree, drops the one view without
+/// which the others agree, provided that there is only one such view.
 [[nodiscard]] Agreed solve_with_agreement(const std::vector<View>& views,
                                           const AgreementLimits& limits);
 

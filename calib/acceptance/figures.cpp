@@ -290,7 +290,8 @@ Variance variance_of(const std::vector<Evidence>& all, const Unknowns& unknowns)
   return variance;
 }
 
-/// Estimate of one change alone, together with the calibration's error.
+/// Estimate of a single candidate change, with the calibration errors eliminated (Schur
+/// complement).
 struct Found {
   VectorXd estimate;
   MatrixXd information;

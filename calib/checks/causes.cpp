@@ -663,8 +663,8 @@ void compare_alone_with_together(const JointModel& model, const JointFit& fit, C
   }
   const double apart_px = std::sqrt((together - alone) / static_cast<double>(model.cameras.size()));
   const double alone_px = std::sqrt(alone / static_cast<double>(model.cameras.size()));
-  // Free points absorb errors of the corners that repeat from view to view, and so reduce the
-  // residuals of single cameras.
+  // With free board points, fits of single cameras absorb errors that repeat from view to view, and
+  // their residuals are too small.
   const double most = fit.board == BoardKind::free ? std::sqrt(2.0) : 1;
   if (!(apart_px > most * alone_px)) return;
   const auto odd = odd_camera(model);

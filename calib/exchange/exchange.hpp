@@ -11,8 +11,8 @@
 
 namespace drape::calib {
 
-/// Calibration file formats of other tools. All describe pinhole lenses with Brown's distortion;
-/// all poses are camera from world.
+/// Calibration file formats of other tools. All describe pinhole lenses with Brown's distortion and
+/// poses of the camera from the world, but where a format loses the world.
 enum class ExchangeFormat {
   opencv,  ///< one <camera>.yaml each, cv::FileStorage: camera_matrix, distortion_coefficients
   kalibr,  ///< camchain.yaml: pinhole-radtan, each camera from the one before (the world is lost)
@@ -46,8 +46,9 @@ struct ExportResult {
   std::vector<BrownRefit> refits;    ///< same order; zero differences if the lens is unchanged
 };
 
-/// Exports in metres, with pixel centres in the tool's convention (COLMAP: corner pixel centred at
-/// (0.5, 0.5)). Throws Error(bad_input) naming the camera whose lens differs by more than allowed.
+/// Exports in the tool's unit of length (mm for DICe and MATLAB, else m) and with its pixel centres
+/// (COLMAP: corner pixel centred at (0.5, 0.5)). Throws Error(bad_input) naming the camera whose
+/// lens differs by more than allowed.
 [[nodiscard]] ExportResult export_calibration(const Calibration& calibration, ExchangeFormat format,
                                               const ExportOptions& options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plays a recording through the interface of a live camera: one frame per set, in order.
+// Drivers of all kinds of cameras, and the one that plays a recording: one frame a set, in order.
 #include "capture/device/camera.hpp"
 
 #include <algorithm>

@@ -78,8 +78,8 @@ class Journal {
 /// Sets that a running or killed capture has stored and that recording.json may lack.
 [[nodiscard]] std::vector<FrameSet> sets_in_journal(const std::filesystem::path& folder);
 
-/// True if no image of `set` is left below `folder` because one of `sets` is the same set under its
-/// final name: a capture was killed after writing recording.json and before removing the journal.
+/// True if `set` is a stale entry of the journal: its images are one of `sets` by now, under the
+/// final name. A capture was killed after writing recording.json and before removing the journal.
 [[nodiscard]] bool is_renamed(const std::filesystem::path& folder, std::span<const FrameSet> sets,
                               const FrameSet& set);
 

@@ -19,7 +19,7 @@ constexpr double kEven = 1e-6;  // tolerance of the grid's steps, relative to th
 constexpr double kLeastCurvature_per_m = 10;
 constexpr double kLeastLength_m = 0.03;
 
-/// Points of a complete sheet at equal material steps.
+/// Rows and columns of a complete sheet; is_even() tells whether its material steps are equal.
 struct Grid {
   const std::vector<SheetMark>& marks;  ///< sorted
   int rows = 0, cols = 0;

@@ -37,7 +37,7 @@ struct ResultFilter {
   friend bool operator==(const ResultFilter&, const ResultFilter&) = default;
 };
 
-/// Tables with a sentence about them.
+/// Answer to a question about the store: a summary sentence and its tables.
 struct Answer {
   std::string sentence = {};
   std::vector<Table> tables = {};

@@ -12,9 +12,9 @@
 namespace drape::compare {
 namespace {
 
-/// Every table. A comment that begins with "smaller:" or "neither:" makes its column a metric: it
-/// states which value is better, and the definition. The name of a metric ends in its unit.
-/// "since 9:" and "smaller, since 9:" mark a column of a later store version.
+/// Every table. A comment that begins with "smaller:", "larger:" or "neither:" makes its column a
+/// metric: it states which value is better, and the definition. The name of a metric ends in its
+/// unit. "since 9:" and "smaller, since 9:" mark a column of a later store version.
 constexpr const char* kTables = R"sql(CREATE TABLE metric (
   name TEXT NOT NULL PRIMARY KEY,  -- a column of comparison, simulation_pair or mark_error
   unit TEXT NOT NULL,
@@ -422,7 +422,7 @@ std::string unit_of(const std::string& name) {
 
 Relation relation_of(const std::string& statement) {
   static const std::regex column(
-      R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL|BLOB)\b.*?(?:-- (smaller|neither)?(?:, )?(?:since (\d+))?: (.*))?)re");
+      R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL|BLOB)\b.*?(?:-- (smaller|larger|neither)?(?:, )?(?:since (\d+))?: (.*))?)re");
   Relation relation;
   relation.statement = statement;
   relation.name = statement.substr(13, statement.find(' ', 13) - 13);

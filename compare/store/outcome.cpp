@@ -516,8 +516,8 @@ std::string key_of(const DrapeInput& input, const RealVirtual& row) {
   return comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
 }
 
-/// Hash of what distinguishes runs: everything except number, date and warnings, since an import of
-/// the same sheets knows fewer of them.
+/// Content hash of a run: all but number, date and warnings. Warnings are left out, since an import
+/// of the same sheets produces fewer.
 std::string content_of(const Session& session, const Outcome& outcome, const RunLabel& label,
                        const std::vector<RunValue>& values) {
   std::string text = fmt::format("drapebench/run-content/1\n{}\n{}\n{}\n{}\n", label.label,

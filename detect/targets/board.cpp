@@ -192,8 +192,9 @@ std::optional<BoardGrid> placed_on_board(const GreyImage& image, const Target& t
 constexpr int kLeastParts[] = {4, 3};
 constexpr double kWindowFraction = 0.25;  ///< half window over distance to the nearest neighbour
 
-/// True for a regular grid with two levels of squares, since finders may see a board of 3 x 4
-/// corners in noise. Adjacent squares must differ by more than twice the scatter within a square.
+/// True for a regular grid whose squares alternate between two grey levels: finders may report a
+/// board of 3 x 4 corners in pure noise. Adjacent squares must differ by more than twice the
+/// scatter within a square.
 bool is_board(const GreyImage& image, const BoardGrid& grid) {
   constexpr double kLeastScatters = 2;
   if (!grid.is_regular()) return false;

@@ -71,8 +71,8 @@ struct Objects {
 /// Gradient of the distance, by central differences.
 [[nodiscard]] Point normal_of(const Objects& objects, std::size_t k, const Point& p);
 
-/// Depth that flat pieces of cloth may reach in an object between contact points at depth kSunk_m:
-/// the sagitta over its tightest rounding; over a sharp edge at most the distance of the points.
+/// Largest penetration of a flat facet between contact points that are kSunk_m deep: the sagitta of
+/// its half-span over the tightest radius of the object; over a sharp edge, that half-span.
 [[nodiscard]] Real allowed_between_m(const Objects& objects, std::size_t k);
 
 /// Fraction of an object's thickness beyond which the cloth passes through its middle.

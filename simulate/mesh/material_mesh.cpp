@@ -516,7 +516,7 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
                                 at.x() * 1e3, at.y() * 1e3),
                     where, "is a corner there twice?");
   }
-  // Torn cloth, or cloth sewn across a gap, can have the same area.
+  // Area alone misses a torn mesh or one that bridges a gap: its border is longer or shorter.
   if (std::abs(mesh.area_m2() - area) > kExact * area ||
       std::abs(mesh.border_m() - border) > kExact * border)
     throw bad_input(
