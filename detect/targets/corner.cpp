@@ -35,7 +35,7 @@ constexpr double kRim_px = 1.5;
 
 /// Parameters: cx, cy, directions of both edges, m, k, log s, g.
 using Parameters = Eigen::Matrix<double, 9, 1>;
-enum Index { kX, kY, kFirst, kSecond, kMiddle, kContrast, kBlur, kLightX, kLightY };
+enum Index { kX, kY, kFirst = 2, kSecond = 3, kMiddle, kContrast, kBlur, kLightX, kLightY };
 
 /// Score of a corner's position by direction. Noise of neighbouring pixels is correlated, so each
 /// eighth of a turn is one observation, together with the opposite one, which cancels the effect of
