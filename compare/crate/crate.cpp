@@ -80,7 +80,7 @@ WHERE ?1 IS NULL OR r.number = ?1 ORDER BY r.number, d.scene, d.measured_sha256)
      R"sql(
 SELECT p.* FROM surface_comparison AS p WHERE ?1 IS NULL OR p.measured_sha256 IN (
   SELECT measured_sha256 FROM run_drape WHERE run = ?1) ORDER BY p.sha256)sql"},
-    // Of a run, those whose simulations are both compared with the same measured sheet.
+    // Keeps the pairs of a run whose simulations are both compared with the same measured sheet.
     {"simulation_pairs.csv", "distance between simulated sheets", R"sql(
 SELECT p.* FROM simulation_pair AS p WHERE ?1 IS NULL OR 2 = (
   SELECT count(DISTINCT c.simulated_sha256) FROM run_comparison AS k
