@@ -256,13 +256,8 @@ std::string status_of(const CameraReport& report, const Fit& fit, bool has_covar
                       std::size_t gross, std::size_t measured, const CalibOptions& options) {
   if (!fit.refinement.converged)
     return fmt::format("not converged after {} iterations", fit.refinement.iterations);
-  if (100 * static_cast<double>(gross) >
-      options.max_outliers_percent * static_cast<double>(measured)) {
-    return fmt::format(
-        "{} of {} dots rejected that lie more than {:g} mm off, more than {:g} %: check labels and "
-        "heights",
-        gross, measured, options.max_rms_mm, options.max_outliers_percent);
-  }
+  if (std::string too_many = too_many_gross(gross, measured, options); !too_many.empty())
+    return too_many;
   if (report.object_rms_mm > options.max_rms_mm) {
     return fmt::format("RMS {:.3f} mm at the target ({:.3f} px), above the limit of {:g} mm",
                        report.object_rms_mm, report.full.rms_px, options.max_rms_mm);
@@ -359,6 +354,16 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
 }
 
 }  // namespace
+
+std::string too_many_gross(std::size_t gross, std::size_t measured, const CalibOptions& options) {
+  if (100 * static_cast<double>(gross) <=
+      options.max_outliers_percent * static_cast<double>(measured))
+    return "";
+  return fmt::format(
+      "{} of {} points rejected that lie more than {:g} mm off, more than {:g} %: check labels, "
+      "heights and whether a camera moved",
+      gross, measured, options.max_rms_mm, options.max_outliers_percent);
+}
 
 void fields(Fields& f, CalibOptions& o) {
   f.otherwise(

@@ -27,6 +27,11 @@ struct CalibOptions {
 };
 void fields(Fields& f, CalibOptions& options);
 
+/// Why a calibration of `measured` points is NO-GO whose `gross` rejected ones lie farther off at
+/// the target than the RMS limit; empty if they are few. Both methods judge by it.
+[[nodiscard]] std::string too_many_gross(std::size_t gross, std::size_t measured,
+                                         const CalibOptions& options);
+
 /// One stage of Tsai's method for one camera.
 struct TsaiStep {
   double focal_mm = 0;

@@ -397,13 +397,8 @@ std::string judge_squares(const JointModel& model, const Calibration& calibratio
 std::string joint_status(const JointReport& report, bool converged, bool has_covariance,
                          std::size_t gross, std::size_t measured, const CalibOptions& options) {
   if (!converged) return fmt::format("not converged after {} iterations", report.iterations);
-  if (100 * static_cast<double>(gross) >
-      options.max_outliers_percent * static_cast<double>(measured)) {
-    return fmt::format(
-        "{} of {} points rejected that lie more than {:g} mm off, more than {:g} %: check labels, "
-        "heights and whether a camera moved",
-        gross, measured, options.max_rms_mm, options.max_outliers_percent);
-  }
+  if (std::string too_many = too_many_gross(gross, measured, options); !too_many.empty())
+    return too_many;
   for (const JointCameraReport& camera : report.cameras) {
     if (camera.object_rms_mm > options.max_rms_mm) {
       return fmt::format("{}: RMS {:.3f} mm at the target ({:.3f} px), above the limit of {:g} mm",
