@@ -3,15 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <malloc.h>
-#include <semaphore.h>
-#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -19,7 +15,6 @@
 #include <memory>
 #include <mutex>
 #include <string_view>
-#include <thread>
 
 #include "console/console.hpp"
 #include "console/server/server.hpp"
@@ -111,11 +106,7 @@ class Console {
                             events_, [this](const Request& request) { return answer(request); })) {}
 
   [[nodiscard]] std::vector<std::string> addresses() const { return server_->addresses(); }
-  void serve() { server_->serve(); }  ///< runs until stop() is called from another thread
-  void stop() {
-    events_.close();
-    server_->end();
-  }
+  int serve() { return server_->serve(); }  ///< the signal that ended it
 
  private:
   Response answer(const Request& request) {
@@ -186,41 +177,6 @@ class Console {
   std::unique_ptr<WebServer> server_;
 };
 
-volatile sig_atomic_t asked_to_end = 0;  ///< the signal
-sem_t end_is_asked;
-
-void on_end(int signal) {
-  asked_to_end = signal;
-  ::sem_post(&end_is_asked);
-}
-
-/// Serves until a signal, then finishes what is open; a second signal ends the program immediately.
-/// Returns 128 + signal.
-int serve_until_asked(Console& bench) {
-  ::sem_init(&end_is_asked, 0, 0);
-  struct sigaction action {};
-  action.sa_handler = &on_end;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-  std::atomic<bool> served = false;
-  std::thread ending([&bench, &served] {
-    while (::sem_wait(&end_is_asked) != 0 && errno == EINTR) {
-    }
-    if (!served) std::fputs("\nthe console ends; everything stored stays\n", stderr);
-    // A server that does not listen yet would miss the stop.
-    while (!served) {
-      bench.stop();
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-  });
-  bench.serve();
-  served = true;
-  ::sem_post(&end_is_asked);
-  ending.join();
-  return asked_to_end == 0 ? 0 : 128 + asked_to_end;
-}
-
 }  // namespace
 }  // namespace drape::console
 
@@ -233,13 +189,15 @@ int main(int argc, char** argv) {
       "  drape bench rigs/bench1 --replay     the recorded sets of the example, without a camera\n"
       "  drape bench rigs/lab                 the cameras of cameras.toml, which stay open",
       [](const console::ConsoleOptions& options, const CommonOptions& common) {
-        // Some 50 threads answer in turn, and each memory arena keeps the size of its largest
+        // Several threads answer in turn, and each memory arena keeps the size of its largest
         // answer.
         ::mallopt(M_ARENA_MAX, 2);
         console::Console bench(options);
         print_text(common.json ? pretty(Json{{"address", bench.addresses().front()}})
                                : fmt::format("open {}\nCtrl-C ends it; everything stored stays\n",
                                              fmt::join(bench.addresses(), "\n  or ")));
-        return serve_until_asked(bench);
+        const int signal = bench.serve();
+        std::fputs("\nthe console ends; everything stored stays\n", stderr);
+        return 128 + signal;
       });
 }

@@ -1,49 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/server/server.hpp"
 
-#include "core/error.hpp"
-
-// After Eigen: the system's resolver header, included here, defines `_res` as a macro.
 #include <arpa/inet.h>
 #include <fmt/format.h>
-#include <httplib.h>
 #include <ifaddrs.h>
 #include <net/if.h>
-#include <netdb.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/random.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <thread>
+#include <boost/asio.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <charconv>
+#include <chrono>
+#include <csignal>
+#include <list>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <string_view>
 #include <utility>
+
+#include "core/error.hpp"
 
 namespace drape::console {
 
 // ---- events ------------------------------------------------------------------------------------
 
 void Events::send(const std::string& name, const std::string& data) {
-  {
-    const std::lock_guard lock(mutex_);
-    kept_.push_back(fmt::format("event: {}\ndata: {}\n\n", name, data));
-    if (kept_.size() > kKept) kept_.pop_front();
-    ++newest_;
-  }
-  wake_.notify_all();
+  const std::lock_guard lock(mutex_);
+  kept_.push_back(fmt::format("event: {}\ndata: {}\n\n", name, data));
+  if (kept_.size() > kKept) kept_.pop_front();
+  ++newest_;
+  if (bell_) bell_();
 }
 
-std::string Events::wait(std::uint64_t& last, std::chrono::milliseconds patience) {
-  std::unique_lock lock(mutex_);
-  wake_.wait_for(lock, patience, [&] { return closed_ || newest_ > last; });
-  if (closed_) return {};
+std::string Events::after(std::uint64_t& last) const {
+  const std::lock_guard lock(mutex_);
   const std::uint64_t new_ones = std::min<std::uint64_t>(newest_ - last, kept_.size());
   std::string text;
   for (auto it = kept_.end() - static_cast<std::ptrdiff_t>(new_ones); it != kept_.end(); ++it)
@@ -52,12 +46,9 @@ std::string Events::wait(std::uint64_t& last, std::chrono::milliseconds patience
   return text;
 }
 
-void Events::close() {
-  {
-    const std::lock_guard lock(mutex_);
-    closed_ = true;
-  }
-  wake_.notify_all();
+void Events::ring(std::function<void()> bell) {
+  const std::lock_guard lock(mutex_);
+  bell_ = std::move(bell);
 }
 
 // ---- gate --------------------------------------------------------------------------------------
@@ -131,272 +122,96 @@ std::string make_token() {
 
 namespace {
 
-// ---- sockets that wait -------------------------------------------------------------------------
+// ---- requests and answers ----------------------------------------------------------------------
 
-constexpr int kStrangers = 8;          ///< threads for requests without the token
-constexpr std::size_t kWaiting = 256;  ///< sockets that wait; beyond it the longest is closed
-constexpr int kGlance_ms = 20;         ///< interval at which an incomplete first line is read again
-constexpr std::size_t kLongestMethod = 8;
-using Clock = std::chrono::steady_clock;
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using tcp = asio::ip::tcp;
+using Parser = http::request_parser<http::string_body>;
+using std::chrono::seconds;
 
-/// Sockets whose request has not arrived yet: one thread waits for all of them, so that silent ones
-/// do not occupy threads needed by clients with the token. Sockets are counted before they are
-/// queued: if too many wait, the one waiting longest is closed.
-class Lobby {
- public:
-  /// `serve` answers a socket and closes it.
-  Lobby(const ServerOptions& options, const Gate& gate, std::function<void(int socket)> serve)
-      : patience_s_(options.stranger_s), gate_(gate), serve_(std::move(serve)) {
-    if (bell_ < 0) throw internal_error("the system gives no event descriptor");
-    watcher_ = std::thread([this] { watch(); });
-    for (int k = 0; k < options.connections; ++k) workers_.emplace_back([this] { work(); });
-  }
-  ~Lobby() {
-    close();
-    ::close(bell_);
-  }
-  Lobby(const Lobby&) = delete;
-  Lobby& operator=(const Lobby&) = delete;
-
-  void enter(int socket) {
-    {
-      const std::lock_guard lock(mutex_);
-      entered_.push_back({socket, Clock::now()});
-    }
-    ring();
-  }
-
-  /// Closes all waiting sockets, and waits for those being served.
-  void close() {
-    {
-      const std::lock_guard lock(mutex_);
-      if (std::exchange(ending_, true)) return;
-    }
-    ring();
-    wake_.notify_all();
-    watcher_.join();
-    for (std::thread& worker : workers_) worker.join();
-  }
-
- private:
-  struct Guest {
-    int socket = -1;
-    Clock::time_point since;
-    bool has_begun = false;  ///< true if a part of its first line has arrived
-    bool is_known = false, is_ready = false, is_gone = false;
-  };
-
-  void ring() const {
-    const std::uint64_t one = 1;
-    static_cast<void>(::write(bell_, &one, sizeof one));
-  }
-
-  /// Peeks at the beginning of the first line without removing it.
-  void look_at(Guest& guest) const {
-    std::array<char, kLongestMethod + kTokenLength + 4> begin;
-    const ssize_t got = ::recv(guest.socket, begin.data(), begin.size(), MSG_PEEK | MSG_DONTWAIT);
-    if (got <= 0) {
-      guest.is_gone = got == 0;
-      return;
-    }
-    const std::string text(begin.data(), static_cast<std::size_t>(got));
-    const std::size_t path = text.find('/');
-    const bool is_whole = text.size() == begin.size() || text.find('\n') != std::string::npos ||
-                          (path != std::string::npos && text.size() > path + kTokenLength + 1);
-    guest.has_begun = true;
-    guest.is_ready = is_whole;
-    guest.is_known = is_whole && path != std::string::npos &&
-                     gate_.knows(text.substr(path, text.find(' ', path) - path));
-  }
-
-  void watch() {
-    std::vector<Guest> guests;
-    std::vector<pollfd> watched;
-    for (;;) {
-      watched.assign(1, {bell_, POLLIN, 0});
-      for (const Guest& guest : guests)
-        watched.push_back({guest.has_begun ? -1 : guest.socket, POLLIN, 0});
-      static_cast<void>(::poll(watched.data(), watched.size(), guests.empty() ? 1000 : kGlance_ms));
-      std::uint64_t rung = 0;
-      static_cast<void>(::read(bell_, &rung, sizeof rung));
-      for (std::size_t k = 0; k < guests.size(); ++k)
-        if (guests[k].has_begun || watched[k + 1].revents != 0) look_at(guests[k]);
-      const std::lock_guard lock(mutex_);
-      const auto now = Clock::now();
-      int strangers = strangers_;
-      for (const Guest& guest : ready_) strangers += guest.is_known ? 0 : 1;
-      for (Guest& guest : guests) {
-        const std::chrono::duration<double> waited = now - guest.since;
-        if (guest.is_ready && (guest.is_known || strangers < kStrangers)) {
-          strangers += guest.is_known ? 0 : 1;
-          ready_.push_back(guest);
-          wake_.notify_one();
-          guest.socket = -1;
-        } else if (guest.is_gone || waited.count() > patience_s_ || ending_) {
-          ::close(guest.socket);
-          guest.socket = -1;
-        }
-      }
-      std::erase_if(guests, [](const Guest& guest) { return guest.socket < 0; });
-      guests.insert(guests.end(), entered_.begin(), entered_.end());
-      entered_.clear();
-      while (guests.size() > (ending_ ? 0 : kWaiting)) {
-        ::close(guests.front().socket);
-        guests.erase(guests.begin());
-      }
-      if (ending_) return;
-    }
-  }
-
-  void work() {
-    for (;;) {
-      Guest guest;
-      {
-        std::unique_lock lock(mutex_);
-        wake_.wait(lock, [this] { return ending_ || !ready_.empty(); });
-        if (ready_.empty()) return;
-        guest = ready_.front();
-        ready_.pop_front();
-        if (!guest.is_known) ++strangers_;
-      }
-      serve_(guest.socket);
-      if (guest.is_known) continue;
-      const std::lock_guard lock(mutex_);
-      --strangers_;
-    }
-  }
-
-  const double patience_s_;  ///< for the first line of a request, s
-  const Gate& gate_;
-  const std::function<void(int)> serve_;
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  std::vector<Guest> entered_;
-  std::deque<Guest> ready_;
-  int strangers_ = 0;  ///< number being served
-  bool ending_ = false;
-  const int bell_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);  ///< signalled when a socket enters
-  std::thread watcher_;
-  std::vector<std::thread> workers_;
-};
-
-// ---- server ------------------------------------------------------------------------------------
-
-constexpr std::size_t kMostHead = 65536;  ///< bytes of request line and headers
-constexpr std::size_t kMostPath = 4096;   ///< including its query
-constexpr int kBacklog = 512;        ///< connections held by the system until they are accepted
-constexpr int kMostRequests = 1000;  ///< per connection
-constexpr auto kIdle = std::chrono::milliseconds(5000);
-constexpr auto kGlance = std::chrono::milliseconds(250);
-constexpr auto kBeat = std::chrono::seconds(10);  ///< interval of signals to a reader of events
+constexpr seconds kStranger(2);                  ///< longest time for a socket to show a token
+constexpr seconds kRequest(10);                  ///< longest time for a request to arrive
+constexpr seconds kWrite(5);                     ///< longest time for which a client may not read
+constexpr seconds kBeat(10);                     ///< interval of signals to a reader of events
+constexpr std::chrono::milliseconds kPause(20);  ///< while no further socket can be opened
+constexpr std::uint32_t kMostHead = 65536;       ///< bytes of request line and headers
+constexpr std::size_t kMostBody = 65536;
+constexpr std::size_t kMostPath = 4096;         ///< including its query
+constexpr std::ptrdiff_t kMostStrangers = 256;  ///< sockets; beyond it the oldest is closed
+constexpr std::size_t kMostReaders = 24;        ///< readers of events
+constexpr std::size_t kAnswering = 16;          ///< threads
 
 constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "connect-src "
     "'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// A socket with a deadline for the whole request, so that a client that sends a byte now and then
-/// occupies its thread no longer than a silent one.
-class DeadlineStream : public httplib::Stream {
- public:
-  DeadlineStream(int socket, const ServerOptions& options) : socket_(socket), options_(options) {}
-
-  void begin_request() {
-    let_in(options_.stranger_s);
-    left_ = kMostHead + options_.body_bytes;
-  }
-  /// Extends the deadline for the rest of the request.
-  void let_in(double seconds) {
-    until_ = Clock::now() +
-             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-  }
-
-  [[nodiscard]] bool wait_for_request(std::chrono::milliseconds patience) const {
-    return begin_ < end_ || ready(POLLIN, static_cast<int>(patience.count()));
-  }
-
-  [[nodiscard]] bool is_readable() const override { return begin_ < end_ || ready(POLLIN, 0); }
-  [[nodiscard]] bool is_writable() const override {
-    // A connection closed by the client is readable without data.
-    char byte = 0;
-    if (::recv(socket_, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) return false;
-    return ready(POLLOUT, 0);
-  }
-
-  ssize_t read(char* to, size_t size) override {
-    if (begin_ == end_) {
-      const auto left =
-          std::chrono::duration_cast<std::chrono::milliseconds>(until_ - Clock::now());
-      if (left.count() <= 0 || left_ == 0 || !ready(POLLIN, static_cast<int>(left.count())))
-        return -1;
-      const ssize_t got =
-          ::recv(socket_, buffer_.data(), std::min(buffer_.size(), left_), MSG_NOSIGNAL);
-      if (got <= 0) return got;
-      begin_ = 0;
-      end_ = static_cast<std::size_t>(got);
-      left_ -= end_;
-    }
-    const std::size_t taken = std::min(size, end_ - begin_);
-    std::memcpy(to, buffer_.data() + begin_, taken);
-    begin_ += taken;
-    return static_cast<ssize_t>(taken);
-  }
-
-  ssize_t write(const char* from, size_t size) override {
-    std::size_t done = 0;
-    while (done < size) {
-      if (!ready(POLLOUT, static_cast<int>(1000 * options_.write_s))) return -1;
-      const ssize_t sent = ::send(socket_, from + done, size - done, MSG_NOSIGNAL | MSG_DONTWAIT);
-      if (sent < 0 && (errno == EINTR || errno == EAGAIN)) continue;
-      if (sent <= 0) return -1;
-      done += static_cast<std::size_t>(sent);
-    }
-    return static_cast<ssize_t>(size);
-  }
-
-  void get_remote_ip_and_port(std::string&, int&) const override {}
-  /// Address at which the client reached the server, in the form of a Host header.
-  void get_local_ip_and_port(std::string& ip, int& port) const override {
-    sockaddr_storage own{};
-    socklen_t size = sizeof own;
-    auto* address = reinterpret_cast<sockaddr*>(&own);
-    char host[NI_MAXHOST] = "", service[NI_MAXSERV] = "";
-    if (::getsockname(socket_, address, &size) != 0 ||
-        ::getnameinfo(address, size, host, sizeof host, service, sizeof service,
-                      NI_NUMERICHOST | NI_NUMERICSERV) != 0)
-      return;
-    const std::string name = host, mapped = "::ffff:";
-    ip = name.starts_with(mapped) && name.find('.') != std::string::npos
-             ? name.substr(mapped.size())
-             : name.substr(0, name.find('%'));
-    port = std::atoi(service);
-  }
-  [[nodiscard]] socket_t socket() const override { return socket_; }
-
- private:
-  [[nodiscard]] bool ready(short what, int patience_ms) const {
-    pollfd watched{socket_, what, 0};
-    int found = 0;
-    while ((found = ::poll(&watched, 1, patience_ms)) < 0 && errno == EINTR) {
-    }
-    return found > 0 && (watched.revents & (what | POLLHUP | POLLERR)) != 0;
-  }
-
-  int socket_;
-  const ServerOptions& options_;
-  Clock::time_point until_;
-  std::size_t left_ = 0;
-  std::array<char, 8192> buffer_;
-  std::size_t begin_ = 0, end_ = 0;
-};
-
-std::string error_json(const std::string& sentence) {
-  return dumped({{"error", sentence}});
+/// Lets a coroutine go on after a failure, with its code.
+auto noting(beast::error_code& failed) {
+  return asio::redirect_error(asio::use_awaitable, failed);
 }
 
-std::optional<std::string> header(const httplib::Request& request, const char* name) {
-  if (!request.has_header(name)) return std::nullopt;
-  return request.get_header_value(name);
+/// Text of a part of a query, in which `+` is a space and %XX a byte.
+std::string decoded(std::string_view text) {
+  std::string plain;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    const char* digits = text.data() + k + 1;
+    unsigned char byte = 0;
+    const bool is_byte = text[k] == '%' && k + 2 < text.size() &&
+                         std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+    plain += is_byte ? static_cast<char>(byte) : text[k] == '+' ? ' ' : text[k];
+    if (is_byte) k += 2;
+  }
+  return plain;
+}
+
+std::map<std::string, std::string> query_of(const std::string& target) {
+  std::istringstream parts(target.substr(std::min(target.find('?'), target.size())));
+  parts.ignore();
+  std::map<std::string, std::string> query;
+  for (std::string part; std::getline(parts, part, '&');) {
+    const std::size_t end = std::min(part.find('='), part.size());
+    query[decoded(part.substr(0, end))] = end < part.size() ? decoded(part.substr(end + 1)) : "";
+  }
+  return query;
+}
+
+Knock knock_of(const Parser::value_type& in, const std::string& reached) {
+  const auto text = [](const auto& view) { return std::string(view); };
+  const auto header = [&](const char* name) {
+    const auto found = in.find(name);
+    return found == in.end() ? std::nullopt : std::optional(text(found->value()));
+  };
+  const std::string target = text(in.target());
+  return {text(in.method_string()),
+          target.substr(0, target.find_first_of("?#")),
+          text(in[http::field::host]),
+          reached,
+          header("Origin"),
+          header("Sec-Fetch-Site"),
+          header("Sec-Fetch-Mode"),
+          header("Content-Type")};
+}
+
+Response sentence(int status, const std::string& why) {
+  return {status, "application/json", dumped({{"error", why}})};
+}
+
+/// Fills in everything but the body.
+template <class Body>
+void set_head(http::response<Body>& out, const Response& response, bool keeps) {
+  out.result(static_cast<unsigned>(response.status));
+  out.keep_alive(keeps);
+  out.set(http::field::content_type, response.type);
+  out.set("Content-Security-Policy", response.policy.empty() ? kPagePolicy : response.policy);
+  out.set("X-Content-Type-Options", "nosniff");
+  out.set("Referrer-Policy", "no-referrer");
+  out.set("Cache-Control", "no-store");
+  out.set("Cross-Origin-Resource-Policy", "same-origin");
+  out.set("Cross-Origin-Opener-Policy", "same-origin");
+  for (const auto& [name, value] : response.headers) out.set(name, value);
 }
 
 /// Addresses at which a listener can be reached; all interfaces if it listens on all of them.
@@ -418,53 +233,37 @@ std::vector<std::string> reached_at(const std::string& address) {
   return all;
 }
 
-/// Runs tasks immediately, since sockets wait in the lobby.
-struct NoQueue : httplib::TaskQueue {
-  void enqueue(std::function<void()> task) override { task(); }
-  void shutdown() override {}
-};
+tcp::acceptor listener(asio::io_context& context, const ServerOptions& options) {
+  try {
+    const auto found = tcp::resolver(context).resolve(options.address, std::to_string(options.port),
+                                                      tcp::resolver::passive);
+    return {context, *found.begin()};
+  } catch (const boost::system::system_error&) {
+    throw usage_error(fmt::format("cannot listen on {} port {}", options.address, options.port),
+                      "another console may run there: end it, or give --port 0 for any free one");
+  }
+}
 
-class HttpServer : public WebServer, private httplib::Server {
+// ---- server ------------------------------------------------------------------------------------
+
+/// One thread serves all sockets, so that silent ones take none; others make the answers.
+class HttpServer : public WebServer {
  public:
   HttpServer(const ServerOptions& options, Events& events,
              std::function<Response(const Request&)> answer)
-      : options_(options), events_(events), answer_(std::move(answer)) {
-    new_task_queue = [] { return new NoQueue; };
-    set_payload_max_length(options_.body_bytes);
-    set_tcp_nodelay(true);
-    // Instead of the library's SO_REUSEPORT, by which a second console would get half the requests.
-    set_socket_options([](socket_t socket) {
-      const int yes = 1;
-      ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    });
-    const bool bound = options_.port == 0 ? (options_.port = bind_to_any_port(options_.address)) > 0
-                                          : bind_to_port(options_.address, options_.port);
-    if (!bound)
-      throw usage_error(fmt::format("cannot listen on {} port {}", options_.address, options_.port),
-                        "another console may run there: end it, or give --port 0 for any free one");
-    ::listen(svr_sock_, kBacklog);  // with the library's 5 concurrent connections would be lost
-    gate_.emplace(options_.token,
-                  std::vector<std::string>{host("127.0.0.1"), host("localhost"), host("::1"),
-                                           host(options_.address)},
-                  options_.report_token);
-    lobby_.emplace(options_, *gate_, [this](int socket) { answer_all(socket); });
-    set_pre_routing_handler([this](const httplib::Request& in, httplib::Response& out) {
-      return is_let_in(in, out) ? HandlerResponse::Unhandled : HandlerResponse::Handled;
-    });
-    const Handler respond = [this](const httplib::Request& in, httplib::Response& out) {
-      this->respond(in, out);
-    };
-    Get("/.*", respond);
-    Post("/.*", respond);
-    // Requests that the library itself refuses (such as a line that is not HTTP) have neither a
-    // token nor a sentence.
-    set_error_handler(HandlerWithResponse([](const httplib::Request&, httplib::Response& out) {
-      if (!out.body.empty()) return HandlerResponse::Handled;
-      add_headers(out, {});
-      out.set_content(error_json("the request cannot be read"), "application/json");
-      return HandlerResponse::Handled;
-    }));
+      : options_(options),
+        events_(events),
+        answer_(std::move(answer)),
+        acceptor_(listener(context_, options)),
+        port_(acceptor_.local_endpoint().port()),
+        gate_(options.token,
+              {host("127.0.0.1"), host("localhost"), host("::1"), host(options.address)},
+              options.report_token) {
+    events_.ring([this] { asio::post(context_, [this] { wake_readers(); }); });
   }
+  ~HttpServer() override { events_.ring({}); }
+  HttpServer(const HttpServer&) = delete;
+  HttpServer& operator=(const HttpServer&) = delete;
 
   [[nodiscard]] std::vector<std::string> addresses() const override {
     std::vector<std::string> all;
@@ -473,145 +272,207 @@ class HttpServer : public WebServer, private httplib::Server {
     return all;
   }
 
-  void serve() override {
-    listen_after_bind();
-    lobby_->close();
+  int serve() override {
+    int signal = 0;
+    for (const int one : {SIGINT, SIGTERM}) signals_.add(one);
+    signals_.async_wait([&](beast::error_code failed, int number) {
+      if (failed) return;
+      signal = number;
+      finish();
+    });
+    asio::co_spawn(context_, accept(), asio::detached);
+    context_.run();
+    return signal;
   }
-  void end() override { stop(); }
+  void end() override {
+    asio::post(context_, [this] { finish(); });
+  }
 
  private:
+  struct Guest {
+    beast::tcp_stream stream;
+    bool is_known = false;    ///< true once it has shown a token
+    bool is_reading = false;  ///< true while a request is awaited
+  };
+  /// A reader of events, woken by the next one.
+  struct Reader {
+    asio::steady_timer news;
+    bool is_gone = false;
+  };
+
   /// Address in the form of a Host header.
   [[nodiscard]] std::string host(const std::string& address) const {
     const bool is_v6 = address.find(':') != std::string::npos;
-    return fmt::format("{}{}{}:{}", is_v6 ? "[" : "", address, is_v6 ? "]" : "", options_.port);
+    return fmt::format("{}{}{}:{}", is_v6 ? "[" : "", address, is_v6 ? "]" : "", port_);
   }
 
-  bool process_and_close_socket(socket_t socket) override {
-    lobby_->enter(socket);
-    return true;
+  /// Address at which a client reached the server.
+  [[nodiscard]] std::string reached(const tcp::socket& socket) const {
+    beast::error_code gone;
+    asio::ip::address own = socket.local_endpoint(gone).address();
+    if (own.is_v6() && own.to_v6().is_v4_mapped())
+      own = asio::ip::make_address_v4(asio::ip::v4_mapped, own.to_v6());
+    const std::string text = own.to_string();
+    return host(text.substr(0, text.find('%')));
   }
 
-  /// Answers all requests of a socket, then closes it.
-  void answer_all(socket_t socket) {
-    DeadlineStream stream(socket, options_);
-    stream_ = &stream;
-    int port = 0;
-    stream.get_local_ip_and_port(local_address_, port);
-    for (int count = 1; count <= kMostRequests && !events_.closed(); ++count) {
-      if (!is_asked(stream)) break;
-      stream.begin_request();
-      bool closed = false;
-      refused_ = false;
-      if (!process_request(stream, count == kMostRequests, closed, nullptr) || closed || refused_)
-        break;
+  void wake_readers() {
+    for (const auto& reader : readers_) reader->news.cancel();
+  }
+
+  /// Ends everything that waits; answers that are being made still go out. The next signal ends the
+  /// program.
+  void finish() {
+    ending_ = true;
+    signals_.clear();
+    signals_.cancel();
+    acceptor_.close();
+    for (Guest& guest : guests_)
+      if (guest.is_reading) guest.stream.close();
+    wake_readers();
+  }
+
+  asio::awaitable<void> accept() {
+    while (!ending_) {
+      beast::error_code failed;
+      tcp::socket socket = co_await acceptor_.async_accept(noting(failed));
+      if (failed) {
+        asio::steady_timer pause(context_, kPause);
+        co_await pause.async_wait(noting(failed));
+        continue;
+      }
+      const auto guest = guests_.insert(guests_.end(), Guest{beast::tcp_stream(std::move(socket))});
+      asio::co_spawn(context_, serve(*guest),
+                     [this, guest](const std::exception_ptr&) { guests_.erase(guest); });
+      const auto is_stranger = [](const Guest& one) {
+        return !one.is_known && one.stream.socket().is_open();
+      };
+      if (std::count_if(guests_.begin(), guests_.end(), is_stranger) > kMostStrangers)
+        std::find_if(guests_.begin(), guests_.end(), is_stranger)->stream.close();
     }
-    ::shutdown(socket, SHUT_RDWR);
-    ::close(socket);
   }
 
-  /// Polls for a stop, so that open pages do not delay the end.
-  [[nodiscard]] bool is_asked(const DeadlineStream& stream) const {
-    for (auto waited = kGlance; waited <= kIdle && !events_.closed(); waited += kGlance)
-      if (stream.wait_for_request(kGlance)) return true;
-    return false;
-  }
-
-  static void add_headers(httplib::Response& out, const std::string& policy) {
-    out.set_header("Content-Security-Policy", policy.empty() ? kPagePolicy : policy);
-    out.set_header("X-Content-Type-Options", "nosniff");
-    out.set_header("Referrer-Policy", "no-referrer");
-    out.set_header("Cache-Control", "no-store");
-    out.set_header("Cross-Origin-Resource-Policy", "same-origin");
-    out.set_header("Cross-Origin-Opener-Policy", "same-origin");
-  }
-
-  void refuse(httplib::Response& out, int status, const std::string& why) const {
-    out.status = status;
-    out.set_content(error_json(why), "application/json");
-  }
-
-  /// Path as sent, without its query.
-  static std::string path_of(const httplib::Request& in) {
-    return in.target.substr(0, in.target.find_first_of("?#"));
-  }
-
-  /// Checks access before a body is read.
-  bool is_let_in(const httplib::Request& in, httplib::Response& out) {
-    add_headers(out, {});
-    const Gate::Answer gate =
-        gate_->ask({in.method, path_of(in), in.get_header_value("Host"), host(local_address_),
-                    header(in, "Origin"), header(in, "Sec-Fetch-Site"),
-                    header(in, "Sec-Fetch-Mode"), header(in, "Content-Type")});
-    const bool long_one = in.target.size() > kMostPath;
-    if (gate.status == 0 && !long_one) {
-      stream_->let_in(options_.request_s);
-      return true;
+  /// Answers the requests of a socket in turn.
+  asio::awaitable<void> serve(Guest& guest) {
+    const std::string at = reached(guest.stream.socket());
+    beast::flat_buffer buffer;
+    beast::error_code failed;
+    guest.stream.socket().set_option(tcp::no_delay(true), failed);
+    for (bool goes_on = true; goes_on && !ending_;) {
+      Parser parser;
+      guest.is_reading = true;
+      Gate::Answer gate = co_await read(guest, at, buffer, parser);
+      guest.is_reading = false;
+      if (gate.status < 0) co_return;
+      const auto& in = parser.get();
+      if (gate.status == 0 && gate.route == "/api/events" && in.method() == http::verb::get) {
+        if (readers_.size() < kMostReaders) {
+          co_await send_events(guest.stream);
+          co_return;
+        }
+        gate = {503, "too many pages are open"};
+      }
+      Response response = sentence(gate.status, gate.why);
+      if (gate.status == 0) {
+        const Request request{gate.route, query_of(std::string(in.target())), in.body()};
+        response = co_await asio::co_spawn(
+            makers_,
+            [this, &request]() -> asio::awaitable<Response> { co_return answer_to(request); },
+            asio::use_awaitable);
+      }
+      goes_on = gate.status == 0 && in.keep_alive() && !ending_;
+      http::response<http::string_body> out;
+      set_head(out, response, goes_on);
+      out.content_length(response.body.size());
+      if (in.method() != http::verb::head) out.body() = std::move(response.body);
+      http::response_serializer<http::string_body> rest{out};
+      for (failed = {}; !rest.is_done() && !failed;) {
+        guest.stream.expires_after(kWrite);
+        co_await http::async_write_some(guest.stream, rest, noting(failed));
+      }
+      goes_on = goes_on && !failed;
     }
-    refused_ = true;  // so its body is not read
-    gate.status != 0 ? refuse(out, gate.status, gate.why)
-                     : refuse(out, 414, "the address is too long");
-    return false;
+    guest.stream.socket().shutdown(tcp::socket::shutdown_both, failed);
   }
 
-  void respond(const httplib::Request& in, httplib::Response& out) {
-    const std::string path = path_of(in);
-    const std::size_t end = path.find('/', 1);
-    if (end == std::string::npos) return out.set_redirect("/" + options_.token + "/");
-    const std::string route = path.substr(end);
-    if (route == "/api/events") return watch(out);
-    Request request;
-    request.route = route;
-    for (const auto& [key, value] : in.params) request.query[key] = value;
-    request.body = in.body;
-    Response response;
+  /// Reads the next request; its body only if it is let in. A negative status for a client that is
+  /// gone or too slow.
+  asio::awaitable<Gate::Answer> read(Guest& guest, const std::string& at,
+                                     beast::flat_buffer& buffer, Parser& parser) {
+    const char* unreadable = "the request cannot be read";
+    beast::error_code failed;
+    parser.header_limit(kMostHead);
+    parser.body_limit(kMostBody);
+    guest.stream.expires_after(guest.is_known ? kRequest : kStranger);
+    co_await http::async_read_header(guest.stream, buffer, parser, noting(failed));
+    Gate::Answer gate{400, unreadable};
+    if (!failed) gate = gate_.ask(knock_of(parser.get(), at));
+    if (gate.status == 0) {
+      guest.is_known = true;
+      if (parser.get().target().size() > kMostPath)
+        co_return Gate::Answer{414, "the address is too long"};
+      guest.stream.expires_after(kRequest);
+      co_await http::async_read(guest.stream, buffer, parser, noting(failed));
+      if (failed) gate = {failed == http::error::body_limit ? 413 : 400, unreadable};
+    }
+    if (failed == http::error::end_of_stream || !guest.stream.socket().is_open()) gate.status = -1;
+    co_return gate;
+  }
+
+  Response answer_to(const Request& request) const {
     try {
-      response = answer_(request);
+      if (request.route.empty())
+        return {302, "text/plain", {}, {{"Location", "/" + options_.token + "/"}}};
+      return answer_(request);
     } catch (const drape::Error& error) {
       const bool ours = error.kind() == ErrorKind::internal || error.kind() == ErrorKind::device;
-      response = {ours ? 500 : 400, "application/json", error_json(error.what())};
+      return sentence(ours ? 500 : 400, error.what());
     } catch (const std::exception& error) {
-      response = {500, "application/json", error_json(error.what())};
+      return sentence(500, error.what());
     }
-    out.headers.clear();
-    add_headers(out, response.policy);
-    for (const auto& [name, value] : response.headers) out.set_header(name, value);
-    out.status = response.status;
-    out.set_content(response.body, response.type);
   }
 
-  void watch(httplib::Response& out) {
-    if (++watchers_ > options_.watchers) {
-      --watchers_;
-      return refuse(out, 503, "too many pages are open");
+  /// Sends events until the client is gone, which has nothing more to say.
+  asio::awaitable<void> send_events(beast::tcp_stream& stream) {
+    std::uint64_t last = events_.newest();
+    beast::error_code failed, woken;
+    const auto reader = std::make_shared<Reader>(Reader{asio::steady_timer(context_)});
+    readers_.insert(reader);
+    stream.socket().async_wait(tcp::socket::wait_read, [reader](beast::error_code) {
+      reader->is_gone = true;
+      reader->news.cancel();
+    });
+    http::response<http::empty_body> head;
+    set_head(head, {200, "text/event-stream"}, false);
+    http::response_serializer<http::empty_body> begin{head};
+    stream.expires_after(kWrite);
+    co_await http::async_write_header(stream, begin, noting(failed));
+    while (!failed && !reader->is_gone && !ending_) {
+      std::string text = events_.after(last);
+      if (text.empty()) {
+        reader->news.expires_after(kBeat);
+        co_await reader->news.async_wait(noting(woken));
+        text = woken ? events_.after(last) : ": alive\n\n";
+      }
+      stream.expires_after(kWrite);
+      co_await asio::async_write(stream, asio::buffer(text), noting(failed));
     }
-    auto last = std::make_shared<std::uint64_t>(events_.newest());
-    auto beat = std::make_shared<Clock::time_point>();
-    out.set_chunked_content_provider(
-        "text/event-stream",
-        [this, last, beat](std::size_t, httplib::DataSink& sink) {
-          if (events_.closed()) {
-            sink.done();
-            return true;
-          }
-          std::string text = events_.wait(*last, std::chrono::milliseconds(500));
-          if (text.empty() && Clock::now() - *beat > kBeat) text = ": alive\n\n";
-          if (text.empty()) return sink.is_writable();
-          *beat = Clock::now();
-          return sink.write(text.data(), text.size());
-        },
-        [this](bool) { --watchers_; });
+    readers_.erase(reader);
+    stream.socket().shutdown(tcp::socket::shutdown_both, failed);
   }
 
-  ServerOptions options_;
+  const ServerOptions options_;
   Events& events_;
   const std::function<Response(const Request&)> answer_;
-  std::optional<Gate> gate_;
-  std::atomic<int> watchers_ = 0;
-  std::optional<Lobby> lobby_;
-  // State of the request served by this thread.
-  static inline thread_local bool refused_ = false;
-  static inline thread_local DeadlineStream* stream_ = nullptr;
-  static inline thread_local std::string local_address_;  ///< at which the client reached it
+  asio::io_context context_{1};
+  tcp::acceptor acceptor_;
+  const int port_;
+  const Gate gate_;
+  asio::signal_set signals_{context_};
+  std::list<Guest> guests_;
+  std::set<std::shared_ptr<Reader>> readers_;
+  bool ending_ = false;
+  asio::thread_pool makers_{kAnswering};
 };
 
 }  // namespace

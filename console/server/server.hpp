@@ -2,8 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -24,20 +22,19 @@ class Events {
  public:
   /// Sends an event; `name` without line ends, `data` in one line.
   void send(const std::string& name, const std::string& data);
-  /// Returns the events after `last` as sent over the wire, and advances `last`; empty if none came
-  /// within `patience`, or once closed.
-  [[nodiscard]] std::string wait(std::uint64_t& last, std::chrono::milliseconds patience);
+  /// Returns the events after `last` as sent over the wire, and advances `last`; empty if none
+  /// came.
+  [[nodiscard]] std::string after(std::uint64_t& last) const;
   [[nodiscard]] std::uint64_t newest() const { return newest_; }
-  void close();
-  [[nodiscard]] bool closed() const { return closed_; }
+  /// Calls `bell` at every event, from the thread that sends it; an empty one ends that.
+  void ring(std::function<void()> bell);
 
  private:
   static constexpr std::size_t kKept = 256;
-  std::mutex mutex_;
-  std::condition_variable wake_;
+  mutable std::mutex mutex_;
   std::deque<std::string> kept_;
   std::atomic<std::uint64_t> newest_ = 0;
-  std::atomic<bool> closed_ = false;
+  std::function<void()> bell_;
 };
 
 /// Parts of a request that decide whether it is accepted.
@@ -71,8 +68,6 @@ class Gate {
   std::vector<std::string> hosts_;
 };
 
-inline constexpr std::size_t kTokenLength = 32;
-
 /// 128 random bits from the system as 32 hexadecimal digits. Throws Error(internal).
 [[nodiscard]] std::string make_token();
 
@@ -95,13 +90,7 @@ struct ServerOptions {
   std::string address = "127.0.0.1";  ///< to listen on
   int port = 0;                       ///< 0 for any free one
   std::string token;
-  std::string report_token;        ///< opens only the report
-  double request_s = 10;           ///< longest time for a request to arrive, s
-  double stranger_s = 2;           ///< longest time for a socket to show a token, s
-  double write_s = 5;              ///< longest time for which a client may not read, s
-  int connections = 48;            ///< served at the same time, one thread each
-  int watchers = 24;               ///< largest number of readers of events
-  std::size_t body_bytes = 65536;  ///< largest body of a request
+  std::string report_token;  ///< opens only the report
 };
 
 /// HTTP server for one bench.
@@ -110,7 +99,9 @@ class WebServer {
   virtual ~WebServer() = default;
   /// "http://127.0.0.1:8040/<token>/", or several if it listens on every interface.
   [[nodiscard]] virtual std::vector<std::string> addresses() const = 0;
-  virtual void serve() = 0;  ///< runs until end()
+  /// Runs until SIGINT, SIGTERM or end(), then finishes what is being answered; a second signal
+  /// ends the program immediately. Returns the signal, or 0.
+  virtual int serve() = 0;
   virtual void end() = 0;
 };
 

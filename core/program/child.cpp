@@ -93,6 +93,8 @@ pid_t start_child(const std::filesystem::path& program, const std::vector<std::s
     for (const auto& [given, as] :
          {std::pair{streams.out, STDOUT_FILENO}, {streams.err, STDERR_FILENO}})
       if (const int to = given >= 0 ? given : nowhere; to >= 0) ::dup2(to, as);
+    // Some libraries open descriptors that a program would inherit.
+    ::close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC);
     for (const int one : streams.kept) ::fcntl(one, F_SETFD, 0);
     if (streams.progress >= 0) ::fcntl(streams.progress, F_SETFD, 0);
     ::execve(program.c_str(), words.data(), environment.data());
