@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <set>
 
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "calib/checks/causes.hpp"
 #include "calib/joint/start.hpp"
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

@@ -4,21 +4,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/files/picture_layout.hpp"
+#include "core/parallel.hpp"
 #include "core/recording.hpp"
 
 namespace drape::capture {
 
 struct CaptureOptions {
-  int threads = 1;  ///< images checked in parallel; never changes a result
-  /// Receives the fraction done (0..1) and the file just finished; calls do not overlap.
-  std::function<void(double, const std::string&)> progress = {};
+  int threads = 1;         ///< images checked in parallel; never changes a result
+  PartDone progress = {};  ///< receives the file just finished
 
   bool allow_missing = false;  ///< import: a set without a camera's image is only a warning
   PictureLayout layout = PictureLayout::sets;  ///< import: of the folder
@@ -99,5 +101,64 @@ struct VerifyReport {
 /// first. Throws Error(bad_input) only if the manifest itself is unusable.
 [[nodiscard]] VerifyReport verify_recording(const std::filesystem::path& recording_folder,
                                             const CaptureOptions& options);
+
+/// Natural order of names: runs of digits compare as numbers, so "set2" comes before "set10". A
+/// total order: only identical names are equal.
+[[nodiscard]] bool natural_less(std::string_view a, std::string_view b);
+
+struct FolderLayout {
+  /// Sets in natural order, and cameras likewise within each; frames hold camera and file only.
+  std::vector<FrameSet> sets;
+  std::vector<IgnoredFile> ignored;
+  /// Path of a picture, by its file in the recording, if it differs from its file in the folder.
+  std::map<std::string, std::filesystem::path> places;
+
+  [[nodiscard]] std::filesystem::path place(const std::filesystem::path& folder,
+                                            const std::string& file) const {
+    const auto found = places.find(file);
+    return found == places.end() ? folder / file : found->second;
+  }
+};
+
+/// Throws if a name cannot be that of a set or camera: see require_plain_name(); must be UTF-8.
+void require_utf8_name(const std::string& name, const Where& where);
+
+/// Finds the images below `folder` by set and camera, without opening them. Throws Error(bad_input)
+/// for a folder without sets, a set without images, an unusable name, or two images of one camera;
+/// proposes a layout that fits the names.
+[[nodiscard]] FolderLayout read_layout(const std::filesystem::path& folder,
+                                       PictureLayout layout = PictureLayout::sets);
+
+/// Image files of all set folders relative to `folder`, in natural order.
+[[nodiscard]] std::vector<std::string> image_files_below(const std::filesystem::path& folder);
+
+/// The cameras of all sets. If a set lacks one, throws Error(bad_input) naming both, or adds that
+/// message to `missing` if given.
+[[nodiscard]] std::vector<std::string> require_same_cameras(
+    const std::filesystem::path& folder, const FolderLayout& layout,
+    std::vector<std::string>* missing = nullptr);
+
+/// Image formats that a recording may contain.
+enum class ImageFormat { png, jpeg, tiff };
+
+/// Detects the format from the first bytes, independent of the file name.
+[[nodiscard]] std::optional<ImageFormat> image_format(std::span<const unsigned char> bytes);
+
+/// Explains why the file is not a complete image ("ends inside chunk IDAT"); nullopt if it is.
+/// Needed because the decoder silently fills the missing part of a truncated file with grey. PNG:
+/// every chunk and its CRC up to IEND. JPEG: every segment and scan up to the end marker. TIFF:
+/// every directory entry, and every strip or tile of the first page, inside the file.
+[[nodiscard]] std::optional<std::string> structure_fault(ImageFormat format,
+                                                         std::span<const unsigned char> bytes);
+
+struct ImageSize {
+  int width_px = 0, height_px = 0;
+  bool operator==(const ImageSize&) const = default;
+};
+
+/// Checks that `bytes` are one complete PNG, JPEG or TIFF image by walking its structure and
+/// decoding it; returns the size of the stored pixels (an orientation tag is not applied). Throws
+/// Error(bad_input) at `where` otherwise.
+[[nodiscard]] ImageSize check_image(std::span<const unsigned char> bytes, const Where& where);
 
 }  // namespace drape::capture

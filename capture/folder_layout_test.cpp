@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/folder_layout.hpp"
+#include "capture/capture.hpp"
 
 #include <gmock/gmock.h>
 

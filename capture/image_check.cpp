@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/image_check.hpp"
+#include "capture/capture.hpp"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -12,32 +12,16 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/files/files.hpp"
 #include "core/pictures/picture.hpp"
 
 namespace drape::capture {
-
 namespace {
 
 using Bytes = std::span<const unsigned char>;
 using Fault = std::optional<std::string>;
 
-constexpr std::array<unsigned char, 8> png_signature = {0x89, 'P',  'N',  'G',
-                                                        0x0d, 0x0a, 0x1a, 0x0a};
-
-bool starts_with(Bytes bytes, Bytes prefix) {
-  return bytes.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), bytes.begin());
-}
-
-/// Unsigned integer of `width` bytes; nullopt beyond the end of the file.
-std::optional<std::uint32_t> unsigned_at(Bytes bytes, std::size_t offset, std::size_t width,
-                                         bool little_endian) {
-  if (offset > bytes.size() || bytes.size() - offset < width) return std::nullopt;
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < width; ++i) {
-    value = (value << 8) | bytes[offset + (little_endian ? width - 1 - i : i)];
-  }
-  return value;
-}
+constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
 
 // ---- PNG (ISO/IEC 15948, section 5) -------------------------------------------------------
 
@@ -51,13 +35,13 @@ Fault png_fault(Bytes bytes) {
   std::size_t offset = png_signature.size();
   bool has_pixels = false;
   while (true) {
-    const auto length = unsigned_at(bytes, offset, 4, false);
+    const auto length = unsigned_at(as_text(bytes), offset, 4);
     if (!length || bytes.size() - offset < 12) return "ends before its last chunk (IEND)";
     const Bytes type = bytes.subspan(offset + 4, 4);
     const std::string name = chunk_name(type);
     if (*length > bytes.size() - offset - 12) return fmt::format("ends inside chunk {}", name);
     const uLong crc = ::crc32_z(::crc32_z(0, nullptr, 0), type.data(), std::size_t{*length} + 4);
-    if (crc != unsigned_at(bytes, offset + 8 + *length, 4, false)) {
+    if (crc != unsigned_at(as_text(bytes), offset + 8 + *length, 4)) {
       return fmt::format("is damaged in chunk {} (checksum differs)", name);
     }
     if (name == "acTL") return "is an animation of several pictures";
@@ -97,7 +81,7 @@ Fault jpeg_fault(Bytes bytes) {
     const unsigned marker = bytes[offset++];
     if (marker == marker_end_of_image) return has_pixels ? Fault() : "holds no pixels";
     if (is_parameterless(marker)) continue;
-    const auto length = unsigned_at(bytes, offset, 2, false);
+    const auto length = unsigned_at(as_text(bytes), offset, 2);
     if (!length || *length > bytes.size() - offset) {
       return fmt::format("ends inside segment 0x{:02x}", marker);
     }
@@ -112,17 +96,17 @@ Fault jpeg_fault(Bytes bytes) {
 
 // ---- TIFF 6.0 (section 2) -----------------------------------------------------------------
 
-constexpr std::uint32_t strip_offsets = 273;
-constexpr std::uint32_t strip_byte_counts = 279;
-constexpr std::uint32_t tile_offsets = 324;
-constexpr std::uint32_t tile_byte_counts = 325;
+constexpr std::uint64_t strip_offsets = 273;
+constexpr std::uint64_t strip_byte_counts = 279;
+constexpr std::uint64_t tile_offsets = 324;
+constexpr std::uint64_t tile_byte_counts = 325;
 
 struct TiffFile {
   Bytes bytes;
   bool little_endian = true;
 
-  [[nodiscard]] std::optional<std::uint32_t> at(std::size_t offset, std::size_t width) const {
-    return unsigned_at(bytes, offset, width, little_endian);
+  [[nodiscard]] std::optional<std::uint64_t> at(std::size_t offset, std::size_t width) const {
+    return unsigned_at(as_text(bytes), offset, width, little_endian);
   }
 
   /// Offset of an entry's values, which lie in the entry itself if they fit into four bytes.
@@ -140,12 +124,12 @@ struct TiffFile {
   }
 
   /// Values of an entry of SHORT or LONG integers; nullopt for other types.
-  [[nodiscard]] std::optional<std::vector<std::uint32_t>> values(std::size_t entry) const {
+  [[nodiscard]] std::optional<std::vector<std::uint64_t>> values(std::size_t entry) const {
     const auto offset = values_offset(entry);
-    const std::uint32_t type = at(entry + 2, 2).value_or(0);
+    const std::uint64_t type = at(entry + 2, 2).value_or(0);
     const std::size_t width = type == 3 ? 2 : 4;
     if (!offset || type < 3 || type > 4) return std::nullopt;
-    std::vector<std::uint32_t> result(*at(entry + 4, 4));
+    std::vector<std::uint64_t> result(*at(entry + 4, 4));
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = *at(*offset + i * width, width);
     return result;
   }
@@ -160,11 +144,11 @@ Fault tiff_fault(Bytes bytes) {
   if (!entries || !file.at(*directory + 2 + std::size_t{*entries} * 12, 4)) {
     return "ends inside its image directory";
   }
-  std::optional<std::vector<std::uint32_t>> offsets;
-  std::optional<std::vector<std::uint32_t>> counts;
+  std::optional<std::vector<std::uint64_t>> offsets;
+  std::optional<std::vector<std::uint64_t>> counts;
   for (std::size_t i = 0; i < *entries; ++i) {
     const std::size_t entry = *directory + 2 + i * 12;
-    const std::uint32_t tag = file.at(entry, 2).value_or(0);
+    const std::uint64_t tag = file.at(entry, 2).value_or(0);
     if (!file.values_offset(entry)) {
       return fmt::format("ends before the values of its directory entry {}", tag);
     }
@@ -187,16 +171,12 @@ constexpr const char* copy_again = "copy the image again from its source, or lea
 }  // namespace
 
 std::optional<ImageFormat> image_format(Bytes bytes) {
-  constexpr std::array<unsigned char, 3> jpeg = {0xff, 0xd8, 0xff};
-  constexpr std::array<unsigned char, 4> tiff_little = {'I', 'I', 42, 0};
-  constexpr std::array<unsigned char, 4> tiff_big = {'M', 'M', 0, 42};
-  constexpr std::array<unsigned char, 4> bigtiff_little = {'I', 'I', 43, 0};
-  constexpr std::array<unsigned char, 4> bigtiff_big = {'M', 'M', 0, 43};
-  if (starts_with(bytes, png_signature)) return ImageFormat::png;
-  if (starts_with(bytes, jpeg)) return ImageFormat::jpeg;
-  for (const auto& tiff : {tiff_little, tiff_big, bigtiff_little, bigtiff_big}) {
-    if (starts_with(bytes, tiff)) return ImageFormat::tiff;
-  }
+  using namespace std::string_view_literals;
+  const std::string_view text = as_text(bytes);
+  if (text.starts_with(png_signature)) return ImageFormat::png;
+  if (text.starts_with("\xff\xd8\xff")) return ImageFormat::jpeg;
+  for (const auto tiff : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv})
+    if (text.starts_with(tiff)) return ImageFormat::tiff;
   return std::nullopt;
 }
 

@@ -16,20 +16,17 @@
 #include <utility>
 
 #include "capture/capture.hpp"
+#include "capture/device/camera.hpp"
 #include "capture/doctor/checks.hpp"
 #include "capture/host/camera_host.hpp"
-#include "capture/live/pictures.hpp"
-#include "capture/pixel/pixel_format.hpp"
+#include "capture/live/live_capture.hpp"
 #include "capture/recording/record.hpp"
-#include "core/error.hpp"
 #include "core/fields/fields.hpp"
 #include "core/fields/records.hpp"
-#include "core/program/command.hpp"
-#include "core/program/dates.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 
@@ -174,21 +171,19 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_
 
 struct ImportOptions {
   fs::path folder, recording;
-  std::optional<std::string> recorded_on;
-  bool allow_missing = false;
-  PictureLayout layout = PictureLayout::sets;
+  CaptureOptions how;
 };
 
 void fields(Fields& f, ImportOptions& o) {
   f(Field{"folder", "FOLDER/<set>/<camera>.png|jpg|jpeg|tif|tiff"}.called("FOLDER"), o.folder);
   f({"out", "recording to write; FOLDER itself adds only the manifest"}, o.recording);
-  f({"recorded_on", "date of the recording, e.g. 2026-01-31"}, o.recorded_on);
+  f({"recorded_on", "date of the recording, e.g. 2026-01-31"}, o.how.recorded_on);
   f.otherwise({"allow_missing", "warn instead of failing if a set lacks a camera's image"},
-              o.allow_missing);
+              o.how.allow_missing);
   f.otherwise({"layout",
                "sets: FOLDER/<set>/<camera>.png; cameras: FOLDER/<camera>/<set>.png; names: all in "
                "FOLDER, e.g. left01.png or <set>_<camera>.png"},
-              o.layout);
+              o.how.layout);
 }
 
 struct VerifyOptions {
@@ -199,8 +194,8 @@ void fields(Fields& f, VerifyOptions& o) {
   f(Field{"recording", "folder with recording.json"}.called("RECORDING"), o.recording);
 }
 
-CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
-  CaptureOptions options;
+CaptureOptions options_with(CaptureOptions options, const CommonOptions& common,
+                            Progress& progress) {
   options.threads = thread_count(common);
   options.progress = [&progress](double fraction, const std::string& file) {
     progress.update(fraction, file);
@@ -211,15 +206,13 @@ CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
 int import_command(int argc, char** argv) {
   const auto run = [](const ImportOptions& o, const std::vector<std::string>& words,
                       const CommonOptions& common) {
-    require_importable(o.folder, o.recording, o.layout);  // before the run record creates a folder
+    require_importable(o.folder, o.recording,
+                       o.how.layout);  // before the run record creates a folder
     const fs::path manifest = o.recording / "recording.json";
     RunRecord record("drape-capture", words, run_record_path(manifest));
     Progress progress("import", common.quiet);
-    CaptureOptions options = options_with(common, progress);
-    options.recorded_on = o.recorded_on;
-    options.allow_missing = o.allow_missing;
-    options.layout = o.layout;
-    const ImportResult result = import_folder(o.folder, o.recording, options);
+    const ImportResult result =
+        import_folder(o.folder, o.recording, options_with(o.how, common, progress));
     for (const auto& [file, sha256] : result.report.read) record.input(file, sha256);
     for (const FrameSet& set : result.recording.sets)
       if (const fs::path notes = o.folder / set.name / "capture.json"; fs::exists(notes))
@@ -235,7 +228,7 @@ int import_command(int argc, char** argv) {
 int verify_command(int argc, char** argv) {
   const auto run = [](const VerifyOptions& o, const CommonOptions& common) {
     Progress progress("verify", common.quiet);
-    const auto report = verify_recording(o.recording, options_with(common, progress));
+    const auto report = verify_recording(o.recording, options_with({}, common, progress));
     finish(ending_of(report), common);
     return report.good() ? 0 : static_cast<int>(ErrorKind::bad_input);
   };

@@ -10,7 +10,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "core/error.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

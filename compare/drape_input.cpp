@@ -14,7 +14,6 @@
 
 #include "compare/metrics/drapemeter.hpp"
 #include "core/drape_mesh.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"

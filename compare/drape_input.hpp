@@ -11,10 +11,9 @@
 
 #include "compare/metrics/metrics.hpp"
 #include "compare/repeats/repeats.hpp"
-#include "core/branch_list.hpp"
-#include "core/levels.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 
 namespace drape::compare {
 

@@ -8,12 +8,10 @@
 #include <string_view>
 
 #include "console/console.hpp"
-#include "core/error.hpp"
 #include "core/fields/records.hpp"
 #include "core/units.hpp"
 
 namespace drape::console {
-
 namespace {
 
 using units::mm;
@@ -387,8 +385,7 @@ Asked read_asked(const Document& request, const Action& action) {
 
 void perform(Bench& bench, const std::string& text) {
   const Document request(Syntax::json, json_value(text));
-  const Value* name = request.root().find("do");
-  const auto* word = name == nullptr ? nullptr : name->get_if<std::string>();
+  const auto* word = request.root().find_as<std::string>("do");
   const auto found = word == nullptr ? actions().end() : actions().find(*word);
   if (found == actions().end())
     throw bad_input("the server knows no such action", {.field = word == nullptr ? "do" : *word},

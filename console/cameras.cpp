@@ -22,9 +22,7 @@
 #include <utility>
 
 #include "console/console.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/inside.hpp"
 #include "core/program/child.hpp"
 
 namespace drape::console {
@@ -275,9 +273,7 @@ class Cameras::LiveMarks {
       std::vector<unsigned char> png;
       cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
       const std::string file = "live/" + camera + ".png";
-      write_inside(recording.folder, file,
-                   std::string_view(reinterpret_cast<const char*>(png.data()), png.size()),
-                   {.camera = camera});
+      write_inside(recording.folder, file, as_text(png), {.camera = camera});
       set.frames.push_back({camera, file, sha256_of(png), image.cols, image.rows, {}});
       sizes[camera] = {image.cols, image.rows};
     }

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "console/jobs.hpp"
-#include "core/error.hpp"
 #include "core/statistics/sample.hpp"
 
 namespace drape::console {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/jobs.hpp"
+#include "core/program/words.hpp"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -8,9 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <exception>
-
-#include "core/error.hpp"
-#include "core/program/shell_word.hpp"
 
 namespace drape::console {
 namespace {

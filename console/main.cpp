@@ -20,7 +20,6 @@
 #include "console/server/server.hpp"
 #include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
-#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::console {

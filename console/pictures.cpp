@@ -20,8 +20,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
-#include "core/error.hpp"
-#include "core/files/picture_head.hpp"
+#include "core/files/files.hpp"
 #include "core/statistics/sample.hpp"
 
 namespace drape::console {

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "console/console.hpp"
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/next_pose.hpp"
 #include "core/units.hpp"

@@ -13,8 +13,7 @@
 #include <sstream>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 
 namespace drape::console {
 

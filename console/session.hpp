@@ -12,7 +12,7 @@
 
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/program/dates.hpp"
+#include "core/program/run_record.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 

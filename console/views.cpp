@@ -13,8 +13,7 @@
 #include <vector>
 
 #include "console/console.hpp"
-#include "core/dot_image.hpp"
-#include "core/error.hpp"
+#include "core/camera_model.hpp"
 #include "core/geometry/next_pose.hpp"
 #include "core/geometry/point.hpp"
 #include "core/geometry/rigid_motion.hpp"

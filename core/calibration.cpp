@@ -2,14 +2,10 @@
 #include "core/calibration.hpp"
 
 #include <fmt/format.h>
-
 #include <Eigen/LU>
 #include <cmath>
-#include <string_view>
 
-#include "core/error.hpp"
-#include "core/geometry/dense.hpp"
-#include "core/geometry/rigid_motion.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/camera_derivatives.hpp"
+#include "core/camera_model.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 
 #include "core/calibration.hpp"
-#include "core/dot_image.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <variant>
 
-#include "core/pose.hpp"
+#include "core/geometry/rigid_motion.hpp"
 
 namespace drape {
 
@@ -61,5 +61,42 @@ struct Projection {
 
 /// Camera centre in the world frame (metres).
 [[nodiscard]] Eigen::Vector3d centre_in_world(const Camera& camera);
+
+using Matrix2X = Eigen::Matrix<double, 2, Eigen::Dynamic>;
+
+/// Derivative of the projected pixel with respect to the lens parameters, one column for each, in
+/// the order and the file units of parameter_names(). nullopt wherever project() returns nullopt.
+[[nodiscard]] std::optional<Matrix2X> d_px_d_lens(const CameraModel& model,
+                                                  const Eigen::Vector3d& point_in_camera);
+
+/// J with exp(w + dw) = exp(J dw) exp(w) to first order, for a rotation vector w (rad).
+[[nodiscard]] Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& rotation_vector);
+
+/// Derivative of the pixel of a world point (metres) with respect to all parameters of a camera:
+/// the lens, the rotation vector (rad) and the translation (mm), as in parameter_names().
+[[nodiscard]] std::optional<Matrix2X> d_px_d_parameters(const Camera& camera,
+                                                        const Eigen::Vector3d& point_in_world);
+
+/// Position and surface of a printed round dot in the camera frame (metres).
+struct DotInCamera {
+  Eigen::Vector3d centre;
+  Eigen::Vector3d axis_u, axis_v;  ///< orthogonal unit tangents of the surface
+  double radius_m = 0;
+  /// Curvature along (u, v) in 1/m: the surface is centre + a u + b v - 1/2 (a,b) S (a,b)' n with
+  /// n = u x v. Zero for a plane.
+  Eigen::Matrix2d curvature_per_m = Eigen::Matrix2d::Zero();
+};
+
+/// Centroid (px) of the image area that a dot covers: the centre of the fitted ellipse. It
+/// differs from the image of the dot's centre, shifted by perspective (eccentricity; Heikkila
+/// 2000) and by curvature. nullopt if part of the outline does not project or the dot is seen
+/// edge-on.
+[[nodiscard]] std::optional<Eigen::Vector2d> dot_centroid_px(const CameraModel& model,
+                                                             const DotInCamera& dot);
+
+/// Offset (px) of that centroid from the image of the dot's centre. nullopt if there is no
+/// centroid.
+[[nodiscard]] std::optional<Eigen::Vector2d> eccentricity_px(const CameraModel& model,
+                                                             const DotInCamera& dot);
 
 }  // namespace drape

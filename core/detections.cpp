@@ -5,8 +5,6 @@
 
 #include <set>
 
-#include "core/error.hpp"
-#include "core/files/lattice_size.hpp"
 #include "core/units.hpp"
 
 namespace drape {

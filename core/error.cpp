@@ -2,12 +2,10 @@
 #include "core/error.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
 namespace drape {
-
 namespace {
 
 constexpr std::size_t kMostQuoted = 80;  ///< longest quotation in a message, bytes

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -29,6 +30,18 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
   }
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);
+}
+
+void parallel_for(std::size_t count, int threads,
+                  const std::function<std::string(std::size_t)>& task, const PartDone& told) {
+  std::mutex mutex;
+  std::size_t done = 0;
+  parallel_for(count, threads, [&](std::size_t i) {
+    const std::string what = task(i);
+    const std::lock_guard lock(mutex);
+    ++done;
+    if (told) told(static_cast<double>(done) / static_cast<double>(count), what);
+  });
 }
 
 }  // namespace drape

@@ -5,7 +5,6 @@
 
 #include <set>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 
 namespace drape {

@@ -4,13 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <set>
 
-#include "core/error.hpp"
-#include "core/files/lattice_size.hpp"
-#include "core/geometry/dense.hpp"
-#include "core/rules.hpp"
+#include "core/geometry/vectors.hpp"
+#include "core/scene.hpp"
 #include "core/units.hpp"
 
 namespace drape {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,8 +11,8 @@
 #include <map>
 #include <set>
 
-#include "core/files/mesh_file.hpp"
-#include "core/program/similar.hpp"
+#include "core/drape_mesh.hpp"
+#include "core/program/words.hpp"
 #include "core/units.hpp"
 
 namespace drape {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "core/fields/records.hpp"
+#include "core/geometry/rigid_motion.hpp"
 #include "core/marks.hpp"
-#include "core/pose.hpp"
 #include "core/rig.hpp"
 #include "core/units.hpp"
 
@@ -187,5 +187,74 @@ void fields(Fields& f, Scene& scene);
 /// represented by `hash_of` its file.
 [[nodiscard]] std::map<std::string, std::string> surroundings_of(
     const Scene& scene, const std::function<std::string(const std::filesystem::path&)>& hash_of);
+
+/// Rules about a file beyond those of its description. Each error names file, line, field and
+/// remedy; an empty list means that the file describes a possible bench. read_scene(),
+/// read_target() and read_print() apply them, so every program that measures or simulates does;
+/// compare reads scenes as they were used.
+
+/// Finds uncertainties wider than the object itself, and a drape without support.
+[[nodiscard]] std::vector<Error> faults_of(const Scene& scene);
+/// Finds objects whose position is incompatible with the table. Only `drape check` applies this, to
+/// a scene as typed: a measured position that contradicts the table is a NO-GO of the measurement.
+[[nodiscard]] std::vector<Error> faults_of_places(const Scene& scene);
+
+/// Finds pins and clamps that lie outside the printed cloth or stretch the cloth between them too
+/// far, and a start above the ceiling.
+[[nodiscard]] std::vector<Error> faults_of(const Scene& scene, const Print& print);
+/// Reads the scene's print and checks both against each other. Throws all errors at once.
+[[nodiscard]] Print print_of(const Scene& scene);
+
+/// Finds unknown tag families, repeated tag ids and tags that would overlap a dot.
+[[nodiscard]] std::vector<Error> faults_of(const Target& target);
+[[nodiscard]] std::vector<Error> faults_of(const Print& print);
+
+/// Finds names in `stand_ins` that match no value of the file.
+[[nodiscard]] std::vector<Error> faults_of_stand_ins(const Document& document,
+                                                     std::vector<std::string> also_known = {});
+
+/// Warns of values that are unusual but possible.
+[[nodiscard]] std::vector<std::string> warnings_of(const Scene& scene);
+[[nodiscard]] std::vector<std::string> warnings_of(const Print& print);
+
+/// The tag families that detect supports, with the number of tags in each.
+[[nodiscard]] std::vector<std::pair<std::string, int>> known_tag_families();
+
+/// True if a target has half-turn symmetry, so that no picture distinguishes corner (0, 0) from the
+/// opposite one: a chessboard with an even sum of rows and columns, or a grid of dots without tags
+/// and hollow dots.
+[[nodiscard]] bool is_ambiguous(const Target& target);
+
+/// Uncertainty of a value: standard, or, if rectangular, the half-widths below and above it.
+struct ValueWidth {
+  double down = 0, up = 0;  ///< in the value's unit; per cent of a fabric value
+  bool rectangular = false;
+  std::string origin, remedy;
+};
+
+/// An uncertain value of a scene, with its name in sensitivity.json.
+struct SceneValue {
+  std::string name;
+  ValueWidth width;
+};
+
+/// Lists them: level of the bench, positions of pins, clamps and objects, sizes, friction. `pin_m`:
+/// standard uncertainty of a pin whose position is that of its measured mark.
+[[nodiscard]] std::vector<SceneValue> values_of(const Scene& scene,
+                                                const std::function<double(const Pin&)>& pin_m);
+
+/// Errors of stated values by name, each in its own unit. Besides the names of values_of():
+/// start_x_mm, start_y_mm and start_yaw_deg of a flat start.
+using ValueErrors = std::map<std::string, double>;
+/// Error with this name; 0 if there is none.
+[[nodiscard]] double error_of(const ValueErrors& errors, const std::string& name);
+/// The scene with these errors in its stated values, in the frame of its file.
+[[nodiscard]] Scene erring(Scene scene, const ValueErrors& errors);
+
+/// The object shifted by `by_m`.
+[[nodiscard]] Obstacle moved(Obstacle object, const Eigen::Vector3d& by_m);
+/// The object with each of its sizes increased by a length, its base unchanged. Planes and meshes
+/// have no size of their own.
+[[nodiscard]] Obstacle grown(Obstacle object, double by_m);
 
 }  // namespace drape

@@ -4,14 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <set>
 #include <sstream>
 
-#include "core/error.hpp"
+#include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
-#include "core/files/lattice_size.hpp"
-#include "core/files/mesh_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {

@@ -4,29 +4,21 @@
 #include <fmt/core.h>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
-#include <utility>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/vectors.hpp"
-#include "core/parallel.hpp"
-#include "core/rules.hpp"
 #include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
-#include "detect/image/image.hpp"
 #include "detect/targets/board.hpp"
 
 namespace drape::detect {
-
 namespace {
 
 const cv::Scalar tag_colour(255, 140, 0);
@@ -726,24 +718,18 @@ void DetectOptions::check() const {
 }
 
 DetectResult detect(const Recording& recording, const Rig& rig, const DetectOptions& options,
-                    const DetectProgress& progress) {
+                    const PartDone& progress) {
   options.check();
   // Frames run in parallel; OpenCV's own threads would also make sums depend on the machine.
   cv::setNumThreads(1);
   const Surroundings surface = read_surface(rig, options.surface);
   const std::vector<Job> jobs = plan(recording, rig, options.sets);
   std::vector<Output> outputs(jobs.size());
-  std::mutex mutex;
-  std::size_t done = 0;
-  parallel_for(jobs.size(), options.threads, [&](std::size_t k) {
+  const auto run = [&](std::size_t k) {
     outputs[k] = run_job(recording, jobs[k], surface, options);
-    const std::lock_guard lock(mutex);
-    ++done;
-    if (progress) {
-      progress(static_cast<double>(done) / static_cast<double>(jobs.size()),
-               fmt::format("camera {}, set {}", jobs[k].camera->name, jobs[k].set->name));
-    }
-  });
+    return fmt::format("camera {}, set {}", jobs[k].camera->name, jobs[k].set->name);
+  };
+  parallel_for(jobs.size(), options.threads, run, progress);
   DetectResult result;
   result.report.not_in_rig = not_in_rig(recording, rig, options.sets);
   result.detections.rig = rig.name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detect/frame.hpp"
+#include "detect/detect.hpp"
 
 #include <fmt/core.h>
 

@@ -11,7 +11,6 @@
 
 #include "core/prints/face.hpp"
 #include "detect/detect.hpp"
-#include "detect/dots/blobs.hpp"
 #include "detect/image/image.hpp"
 
 // Drawn pictures with known truth, for the tests of detection.

@@ -8,10 +8,9 @@
 #include <optional>
 #include <regex>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/picture_layout.hpp"
-#include "core/program/command.hpp"
+#include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
 #include "core/rig.hpp"

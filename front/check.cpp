@@ -13,11 +13,9 @@
 #include <system_error>
 
 #include "core/acceptance_file.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/files/picture_head.hpp"
-#include "core/program/similar.hpp"
+#include "core/program/words.hpp"
 #include "core/recording.hpp"
 #include "core/units.hpp"
 #include "front/process.hpp"
@@ -238,8 +236,7 @@ std::vector<Curve> curves_of(const Document& fabric) {
   for (const char* kind : {"tensile", "shear", "bending"}) {
     const Value* table = fabric.root().find(kind);
     for (const char* direction : {"warp", "weft"}) {
-      const Value* name = table == nullptr ? nullptr : table->find(direction);
-      const auto* text = name == nullptr ? nullptr : name->get_if<std::string>();
+      const auto* text = table == nullptr ? nullptr : table->find_as<std::string>(direction);
       if (text != nullptr)
         curves.push_back(
             {kind, direction, fmt::format("{}.{}", kind, direction), fabric.beside(*text)});

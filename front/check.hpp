@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/error.hpp"
 #include "core/program/program.hpp"
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 
 namespace drape {
 

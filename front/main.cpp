@@ -7,11 +7,10 @@
 #include <filesystem>
 #include <map>
 
-#include "core/error.hpp"
 #include "core/fields/records.hpp"
-#include "core/program/command.hpp"
+#include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/similar.hpp"
+#include "core/program/words.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "front/calib_images.hpp"

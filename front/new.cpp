@@ -13,10 +13,9 @@
 #include <sstream>
 #include <string_view>
 
-#include "core/error.hpp"
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "front/check.hpp"
 #include "front/process.hpp"
 

@@ -14,9 +14,8 @@
 #include <cstdio>
 #include <cstring>
 
-#include "core/error.hpp"
 #include "core/program/child.hpp"
-#include "core/program/ending.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape {
 namespace {

@@ -10,17 +10,15 @@
 #include <map>
 #include <set>
 
-#include "core/branch_list.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "core/rig.hpp"
 #include "core/run_report.hpp"
 #include "core/scene.hpp"
-#include "core/sensitivity.hpp"
+#include "core/simulation_files.hpp"
 #include "core/units.hpp"
 #include "front/check.hpp"
 

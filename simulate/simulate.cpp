@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/sensitivity.hpp"
+#include "core/simulation_files.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/start/history.hpp"

@@ -8,13 +8,12 @@
 #include <optional>
 #include <vector>
 
-#include "core/certificate.hpp"
 #include "core/fields/fields.hpp"
-#include "core/levels.hpp"
 #include "core/program/run_record.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/drape/drape.hpp"
 #include "simulate/fabric/fabric.hpp"

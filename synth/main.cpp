@@ -3,13 +3,11 @@
 
 #include <filesystem>
 
-#include "core/error.hpp"
 #include "core/fields/records.hpp"
-#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "core/units.hpp"
 #include "synth/synth.hpp"
 

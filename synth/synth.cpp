@@ -5,25 +5,13 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/inside.hpp"
 #include "core/geometry/vectors.hpp"
-#include "core/rules.hpp"
-#include "core/scene.hpp"
-#include "core/statistics/sample.hpp"
-#include "core/units.hpp"
-#include "synth/random.hpp"
 
 namespace drape::synth {
-
 namespace {
 
 using Eigen::Matrix2d;
@@ -116,9 +104,6 @@ PredictedSlope slope_of(const std::vector<Camera>& cameras, const Print& print, 
   return result;
 }
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
 std::optional<Vector2d> image_of(const GridSurface& surface, const Camera& camera,
                                  const FacePoint& face) {
   const auto point = surface.point_in_world(face);
@@ -155,7 +140,6 @@ double seen_fraction(const GridSurface& surface, const SceneView& view, const Ma
   return seen / static_cast<double>(all);
 }
 
-using Eigen::Vector3d;
 using units::mm;
 
 /// Pose of an upright camera, whose x axis is horizontal.
@@ -199,10 +183,6 @@ std::vector<Camera> in_order_of(const Rig& rig, const std::vector<Camera>& camer
   return ordered;
 }
 
-using Eigen::Vector3d;
-using units::deg;
-using units::mm;
-
 /// Throws Error(bad_input) unless the object is a box, or a sphere in the plate's hole.
 WorldFromTarget pose_of(const Scene& scene, const ObjectTags& tags) {
   const auto index = static_cast<std::size_t>(tags.object - 1);
@@ -235,8 +215,7 @@ RecordedFrame write_picture(const std::filesystem::path& folder, const std::stri
   if (!cv::imencode(".png", image, png))
     throw internal_error("the picture could not be encoded", {.camera = camera, .set = set});
   const std::string file = fmt::format("{}/{}.png", set, camera);
-  write_inside(folder, file, {reinterpret_cast<const char*>(png.data()), png.size()},
-               {.camera = camera, .set = set});
+  write_inside(folder, file, as_text(png), {.camera = camera, .set = set});
   return {camera, file, sha256_of(png), picture.width_px, picture.height_px, std::nullopt};
 }
 
@@ -574,7 +553,7 @@ std::vector<DescribedFormat> synth_formats() {
 
 SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>& cameras,
                                       const std::filesystem::path& folder,
-                                      const SynthOptions& options, const SynthProgress& progress) {
+                                      const SynthOptions& options, const PartDone& progress) {
   if (std::filesystem::exists(folder / "recording.json")) {
     throw bad_input("the folder already holds a recording", {.file = folder.string()},
                     "give a new folder");

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,6 +13,7 @@
 #include "core/detections.hpp"
 #include "core/fields/records.hpp"
 #include "core/marks.hpp"
+#include "core/parallel.hpp"
 #include "core/recording.hpp"
 #include "core/rig.hpp"
 #include "synth/render/render.hpp"
@@ -154,18 +154,14 @@ struct SynthReport {
   std::vector<std::string> not_over_objects;  ///< folded sets whose scenes have objects or pins
 };
 
-/// Called after each set with the fraction done and the set's name.
-using SynthProgress = std::function<void(double fraction, const std::string& what)>;
-
 /// Renders the frame sets of a rig as seen by its cameras and writes a recording: PNG files,
 /// truth.json, true_calibration.json, and finally recording.json. truth.json holds every mark's
 /// position in space and, for each camera, its pixel, the centroid of its image, its facing angle
 /// and visible fraction. Throws Error(bad_input) if the folder already holds a recording, a camera
-/// of the rig is not among the cameras, or a sheet has gaps.
+/// of the rig is not among the cameras, or a sheet has gaps. `progress` hears of each set.
 SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>& cameras,
                                       const std::filesystem::path& folder,
-                                      const SynthOptions& options,
-                                      const SynthProgress& progress = {});
+                                      const SynthOptions& options, const PartDone& progress = {});
 
 /// Reads planned cameras, in the order of the rig. Throws Error(bad_input).
 [[nodiscard]] std::vector<Camera> read_planned_cameras(const std::filesystem::path& file,

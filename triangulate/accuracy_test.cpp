@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <random>
 
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 #include "triangulate/dots.hpp"

@@ -8,8 +8,7 @@
 #include <cstdio>
 #include <random>
 
-#include "core/camera_derivatives.hpp"
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 #include "triangulate/plate/plate.hpp"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 
 namespace drape::triangulate {
 

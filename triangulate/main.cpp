@@ -8,14 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "core/error.hpp"
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
-#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
-#include "core/rules.hpp"
+#include "core/program/words.hpp"
+#include "core/scene.hpp"
 #include "core/units.hpp"
 #include "triangulate/guards/guards.hpp"
 #include "triangulate/plate/plate.hpp"

@@ -11,8 +11,8 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "core/camera_derivatives.hpp"
-#include "core/geometry/dense.hpp"
+#include "core/camera_model.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 
 namespace drape::triangulate {

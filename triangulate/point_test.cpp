@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 #include <random>
 
-#include "core/camera_derivatives.hpp"
+#include "core/camera_model.hpp"
 #include "core/units.hpp"
 #include "triangulate/dots.hpp"
 #include "triangulate/test_bench.hpp"

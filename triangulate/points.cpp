@@ -13,10 +13,9 @@
 #include <ranges>
 #include <sstream>
 
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/rigid_motion.hpp"
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 
 namespace drape::triangulate {
 
@@ -109,13 +108,9 @@ class Vtu {
 
   [[nodiscard]] std::uint64_t whole_at(std::string_view bytes, std::size_t at,
                                        std::size_t width) const {
-    if (at > bytes.size() || bytes.size() - at < width) fail("an array ends early");
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < width; ++i) {
-      const std::size_t k = big_endian_ ? i : width - 1 - i;
-      value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
-    }
-    return value;
+    const auto value = unsigned_at(bytes, at, width, !big_endian_);
+    if (!value) fail("an array ends early");
+    return *value;
   }
 
   /// Bytes of an array after its header; `text` is base64 unless `raw`.

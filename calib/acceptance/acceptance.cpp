@@ -16,7 +16,7 @@
 #include "calib/joint/fit.hpp"
 #include "calib/tsai/tsai.hpp"
 #include "core/drawing/svg.hpp"
-#include "core/program/dates.hpp"
+#include "core/program/run_record.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

@@ -11,16 +11,13 @@
 #include <numbers>
 #include <random>
 
-#include "core/camera_derivatives.hpp"
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 #include "core/files/files.hpp"
-#include "core/geometry/dense.hpp"
 #include "core/geometry/next_pose.hpp"
 #include "core/geometry/point.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/program/run_record.hpp"
-#include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

@@ -12,9 +12,7 @@
 
 #include "calib/joint/start.hpp"
 #include "calib/joint/uncertainty.hpp"
-#include "core/geometry/dense.hpp"
 #include "core/geometry/vectors.hpp"
-#include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

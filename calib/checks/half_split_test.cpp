@@ -12,7 +12,7 @@
 
 #include "calib/joint.hpp"
 #include "calib/test_real_boards.hpp"
-#include "core/camera_derivatives.hpp"
+#include "core/camera_model.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 

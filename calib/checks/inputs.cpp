@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <set>
 
-#include "core/camera_derivatives.hpp"
-#include "core/geometry/dense.hpp"
+#include "core/camera_model.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 

@@ -13,9 +13,8 @@
 #include <set>
 
 #include "calib/exchange/formats.hpp"
-#include "core/camera_derivatives.hpp"
+#include "core/camera_model.hpp"
 #include "core/files/files.hpp"
-#include "core/geometry/dense.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 

@@ -21,7 +21,6 @@
 #include <vector>
 
 #include "calib/exchange/formats.hpp"
-#include "core/error.hpp"
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/rigid_motion.hpp"

@@ -11,8 +11,7 @@
 #include <random>
 #include <tuple>
 
-#include "core/camera_derivatives.hpp"
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"

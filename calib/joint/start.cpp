@@ -7,10 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/dense.hpp"
-#include "core/geometry/homography.hpp"
 #include "core/geometry/next_pose.hpp"
 #include "core/geometry/rigid_motion.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "calib/joint/fit.hpp"
 #include "core/detections.hpp"
-#include "core/pose.hpp"
+#include "core/geometry/rigid_motion.hpp"
 #include "core/rig.hpp"
 
 namespace drape::calib {

@@ -9,10 +9,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/camera_derivatives.hpp"
-#include "core/geometry/dense.hpp"
+#include "core/camera_model.hpp"
 #include "core/geometry/vectors.hpp"
-#include "core/statistics/distributions.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

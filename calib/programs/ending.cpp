@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

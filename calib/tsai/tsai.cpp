@@ -15,7 +15,7 @@
 #include <cmath>
 #include <set>
 
-#include "core/camera_derivatives.hpp"
+#include "core/camera_model.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 

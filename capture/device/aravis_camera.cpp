@@ -14,8 +14,6 @@
 
 #include "capture/device/camera.hpp"
 #include "capture/device/gige_network.hpp"
-#include "capture/pixel/pixel_format.hpp"
-#include "core/error.hpp"
 
 namespace drape::capture {
 namespace {

@@ -7,7 +7,6 @@
 #include <variant>
 
 #include "capture/device/camera.hpp"
-#include "capture/pixel/pixel_format.hpp"
 
 namespace drape::capture {
 namespace {

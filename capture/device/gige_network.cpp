@@ -9,14 +9,9 @@
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <charconv>
-#include <chrono>
 #include <cstring>
-#include <filesystem>
-
-#include "core/error.hpp"
 
 namespace drape::capture {
 namespace {

@@ -15,8 +15,6 @@
 #include <filesystem>
 
 #include "capture/device/camera.hpp"
-#include "capture/pixel/pixel_format.hpp"
-#include "core/error.hpp"
 
 namespace drape::capture {
 namespace {

@@ -7,7 +7,6 @@
 #include <random>
 
 #include "capture/device/camera.hpp"
-#include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/v4l2_guest/v4l2_guest.hpp"

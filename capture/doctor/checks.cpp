@@ -6,21 +6,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
-#include <map>
 
 #include "capture/device/gige_network.hpp"
-#include "capture/live/pictures.hpp"
-#include "capture/pixel/pixel_format.hpp"
 #include "core/acceptance_file.hpp"
-#include "core/calibration.hpp"
-#include "core/error.hpp"
-#include "core/fields/records.hpp"
-#include "core/files/files.hpp"
 #include "core/program/child.hpp"
-#include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::capture {

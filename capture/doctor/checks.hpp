@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "capture/device/camera.hpp"
-#include "capture/live/cameras_file.hpp"
 #include "capture/live/live_capture.hpp"
-#include "capture/recording/still.hpp"
+#include "capture/recording/record.hpp"
 
 namespace drape::capture {
 

@@ -11,7 +11,7 @@
 
 #include "capture/capture.hpp"
 #include "capture/doctor/checks.hpp"
-#include "capture/recording/journal.hpp"
+#include "capture/recording/record.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"

@@ -13,21 +13,14 @@
 #include <cerrno>
 #include <csignal>
 
-#include "core/error.hpp"
 #include "core/program/child.hpp"
 
 namespace drape::capture {
-
 namespace {
 
 constexpr std::size_t kLargestMessage = 1 << 16;
 
 }  // namespace
-
-void Descriptor::reset() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = -1;
-}
 
 Descriptor memory_for_frames(std::size_t bytes) {
   Descriptor memory(::memfd_create("drape-frames", MFD_CLOEXEC | MFD_ALLOW_SEALING));

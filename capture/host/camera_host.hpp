@@ -17,27 +17,9 @@
 
 #include "capture/device/camera.hpp"
 #include "core/fields/records.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::capture {
-
-/// Owns a file descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int descriptor = -1) : descriptor_(descriptor) {}
-  ~Descriptor() { reset(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  Descriptor(Descriptor&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);  // `other` closes what was open here
-    return *this;
-  }
-  void reset();
-  [[nodiscard]] int get() const { return descriptor_; }
-
- private:
-  int descriptor_;
-};
 
 /// Creates an anonymous memory file of a fixed size, for SharedFrames.
 [[nodiscard]] Descriptor memory_for_frames(std::size_t bytes);

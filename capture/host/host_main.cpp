@@ -30,9 +30,7 @@
 #include <vector>
 
 #include "capture/host/camera_host.hpp"
-#include "core/error.hpp"
 #include "core/fields/records.hpp"
-#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::capture {

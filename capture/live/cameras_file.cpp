@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/cameras_file.hpp"
+#include "capture/live/live_capture.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include <set>
 #include <utility>
 
-#include "core/error.hpp"
 #include "core/rig.hpp"
 
 namespace drape::capture {
@@ -88,6 +87,10 @@ void fields(Fields& f, CamerasFile& file) {
   f.if_any({"reference", "set of the bench without cloth, recorded with the calibration"},
            file.reference);
   f({"camera", "one table per camera of the rig"}, file.cameras);
+}
+
+std::string to_string(SyncMethod method) {
+  return std::string(name_of(method));
 }
 
 TriggerSource trigger_of(SyncMethod method) {

@@ -6,14 +6,9 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <memory>
-#include <utility>
 
 #include "capture/device/gige_network.hpp"
-#include "capture/live/pictures.hpp"
-#include "core/error.hpp"
 
 namespace drape::capture {
 namespace {

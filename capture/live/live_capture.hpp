@@ -1,16 +1,64 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "capture/device/camera.hpp"
 #include "capture/host/camera_host.hpp"
-#include "capture/live/cameras_file.hpp"
 #include "capture/pairing/pairing.hpp"
+#include "core/fields/records.hpp"
 
 namespace drape::capture {
+
+/// Methods to make cameras expose together, in ascending order of quality.
+enum class SyncMethod { free_run, software_trigger, line_trigger, action, scheduled_action };
+
+[[nodiscard]] std::string to_string(SyncMethod method);
+[[nodiscard]] TriggerSource trigger_of(SyncMethod method);
+
+struct LiveCamera {
+  std::string name;  ///< camera name in rig.toml
+  CameraAddress address;
+  CameraSettings settings;
+};
+
+/// Frames of the bench without cloth, recorded with the calibration.
+struct ReferenceSet {
+  std::filesystem::path recording;
+  std::string set;
+};
+
+/// cameras.toml beside rig.toml: device and settings of each camera of the rig, and how all of them
+/// are synchronised.
+struct CamerasFile {
+  Document document = {};
+  std::filesystem::path file = {}, rig_file = {};
+  std::vector<LiveCamera> cameras = {};  ///< in the order of rig.toml
+  SyncMethod method = SyncMethod::free_run;
+  std::vector<SyncMethod> fall_backs =
+      {};            ///< tried in this order if a camera does not support `method`
+  bool ptp = false;  ///< enable PTP in cameras that support it
+  /// Pair frames by time of arrival if the cameras' clocks cannot be read; the spread of such a set
+  /// is unknown.
+  bool pair_by_arrival = false;
+  double frame_rate_hz = 10;                   ///< rate of free run and of triggers
+  double largest_spread_s = 0;                 ///< sets with a larger spread are refused
+  std::optional<ReferenceSet> reference = {};  ///< shows whether a camera has moved
+};
+
+void fields(Fields& f, LiveCamera& camera);
+void fields(Fields& f, ReferenceSet& reference);
+void fields(Fields& f, CamerasFile& file);
+
+/// Reads cameras.toml beside the rig (given by folder or file), which defines names and sizes.
+/// Throws Error(bad_input) for a camera that is missing, named twice, or shares a device.
+[[nodiscard]] CamerasFile read_cameras_file(const std::filesystem::path& rig_path);
 
 struct LiveOptions {
   int frames = 1;  ///< number of sets
@@ -116,7 +164,81 @@ struct LiveResult {
 /// start; later faults are in the report, and no set contains an incomplete frame.
 [[nodiscard]] LiveResult capture_live(const CamerasFile& cameras, const LiveOptions& options);
 
+/// Converts a camera's frame to grey and depth, keeping the raw bytes if needed. A frame whose size
+/// does not match its pixel format gets a fault and no pixels.
+[[nodiscard]] LiveFrame develop(HostFrame frame, const std::string& pixel_format);
+
+/// Quality of an 8-bit grey frame, independent of its content.
+struct FrameQuality {
+  double mean = 0;                ///< mean grey level, 0..255
+  double dark_fraction = 0;       ///< pixels at level 3 or below
+  double saturated_fraction = 0;  ///< pixels at level 254 or above, where some sensors saturate
+  double contrast = 0;            ///< 99th minus 1st percentile of the grey level
+  /// Slope of the steepest edges: the 99.9th percentile of the difference between neighbouring
+  /// pixels, divided by `contrast`. A sharp edge reaches about 0.3 or more, in any light.
+  double sharpness = 0;
+};
+
+struct QualityLimits {
+  double least_contrast = 30;
+  double largest_saturated_fraction = 0.05;
+  double least_sharpness = 0.10;
+};
+
+[[nodiscard]] FrameQuality quality_of(std::span<const std::uint8_t> pixels, int width_px);
+
+/// Explains why such a frame cannot be measured; nullopt if it can.
+[[nodiscard]] std::optional<std::string> quality_fault(const FrameQuality& quality,
+                                                       const QualityLimits& limits);
+
+/// Remedy for the operator.
+[[nodiscard]] std::string quality_remedy(const FrameQuality& quality, const QualityLimits& limits);
+
+/// Preview pictures of open cameras: <folder>/<camera>.pgm, replaced atomically by each new
+/// picture. A pixel is the mean of a square of the sensor's pixels, at most 254; 255 means that at
+/// least one of them is saturated. The file's comment is JSON:
+///
+///   arrived_ns         when the frame was whole in this machine, ns since 1970 (UTC)
+///   saturated_percent  of the sensor's pixels that are saturated
+///   dot_sigma_px       see dot_sigma_px(); null where the picture has no contrast
+///   settings           settings reported by the camera, by name
+///   asked              exposure_us and gain_db last requested; null if none was
+class PreviewWriter {
+ public:
+  PreviewWriter(const CamerasFile& cameras, std::filesystem::path folder);
+
+  /// Writes a picture. Throws Error(bad_input) if the file cannot be written.
+  void show(std::size_t camera, const LiveFrame& frame,
+            const std::vector<SettingReadBack>& settings, const CameraSettings& asked);
+
+ private:
+  const CamerasFile& cameras_;
+  std::filesystem::path folder_;
+  struct Focus {
+    std::int64_t looked_ns = 0;
+    std::optional<double> dot_sigma_px;
+  };
+  std::vector<Focus> focus_;  ///< per camera, updated once per second
+};
+
+/// Cramer-Rao bound on the standard deviation, along one axis, of the centre of a dark dot of 10 px
+/// radius that is as sharp as the sharpest edges of the frame and as noisy as its plain areas:
+/// noise * sqrt(2 blur / (sqrt(pi) radius)) / contrast, for a step blurred by a Gaussian of
+/// standard deviation `blur` (the squared slope integrates to contrast^2 / (2 sqrt(pi) blur) per px
+/// of rim, half of which constrains one axis). The blur follows from the steepest slopes, contrast
+/// / (sqrt(2 pi) blur); the noise from second differences of three neighbours, which amplify it by
+/// sqrt(6). nullopt if the contrast is too low for a usable frame.
+[[nodiscard]] std::optional<double> dot_sigma_px(const LiveFrame& frame);
+
 }  // namespace drape::capture
+
+template <>
+inline constexpr std::string_view drape::names_of<drape::capture::SyncMethod>[] = {
+    "free_run", "software_trigger", "line_trigger", "action", "scheduled_action"};
+
+template <>
+inline constexpr drape::Format drape::format_of<drape::capture::CamerasFile>{
+    "cameras", Syntax::toml, 1, "devices and settings of the cameras of a rig"};
 
 template <>
 inline constexpr std::string_view drape::names_of<drape::capture::PairedBy>[] = {

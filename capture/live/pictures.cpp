@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/pictures.hpp"
+#include "capture/live/live_capture.hpp"
 
 #include <fmt/format.h>
 
@@ -11,8 +11,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "capture/pixel/pixel_format.hpp"
-#include "core/error.hpp"
+#include "capture/device/camera.hpp"
 #include "core/files/json_file.hpp"
 #include "core/statistics/sample.hpp"
 

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "capture/device/camera.hpp"
 #include "capture/live/live_capture.hpp"
-#include "capture/pixel/pixel_format.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"

@@ -5,15 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
 #include <numeric>
 #include <set>
 
 #include "core/error.hpp"
 
 namespace drape::capture {
-
 namespace {
 
 constexpr double kNs = 1e-9;

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/pixel/pixel_format.hpp"
+#include "capture/device/camera.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/error.hpp"
-#include "core/files/picture_head.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::capture {
 namespace {

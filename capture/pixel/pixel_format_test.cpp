@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/pixel/pixel_format.hpp"
+#include "capture/device/camera.hpp"
 
 #include <gmock/gmock.h>
 

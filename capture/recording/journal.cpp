@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/recording/journal.hpp"
+#include "capture/recording/record.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -14,7 +14,6 @@
 #include <sstream>
 #include <utility>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 

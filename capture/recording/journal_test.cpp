@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/recording/journal.hpp"
+#include "capture/recording/record.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/recording/still.hpp"
+#include "capture/recording/record.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

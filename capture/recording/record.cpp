@@ -8,9 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
-#include "capture/folder_layout.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
+#include "capture/capture.hpp"
 #include "core/parallel.hpp"
 
 namespace drape::capture {
@@ -170,10 +168,6 @@ constexpr std::size_t kLongestSetName = 185;
 LiveFault too_few_frames(std::size_t averaged, int asked) {
   return {"", fmt::format("the average is of {} of {} frames", averaged, asked),
           "look at the reasons above, then take it once more under another name"};
-}
-
-std::string_view view(const std::vector<std::uint8_t>& bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 /// Name of the file with a frame's raw bytes, in the set's folder.
@@ -358,8 +352,8 @@ void Recorder::store(const std::string& name, const LiveSet& set,
     const std::string& camera = cameras_.cameras[c].name;
     const std::string file = camera + (options_.format == FrameFormat::png ? ".png" : ".pgm");
     const std::vector<std::uint8_t> bytes = encoded(frame, options_.format, camera);
-    Journal::write(folder / file, view(bytes));
-    if (!frame.raw.empty()) Journal::write(folder / raw_file(camera, frame), view(frame.raw));
+    Journal::write(folder / file, as_text(bytes));
+    if (!frame.raw.empty()) Journal::write(folder / raw_file(camera, frame), as_text(frame.raw));
     stored.frames[c] = {camera,         called + "/" + file, sha256_of(bytes),
                         frame.width_px, frame.height_px,     frame.mark.time_s};
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/recording/still.hpp"
+#include "capture/recording/record.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
-#include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/recording.hpp"
 #include "core/statistics/sample.hpp"
@@ -21,18 +20,6 @@
 namespace drape::capture {
 
 namespace following {
-
-struct Plane {
-  int width = 0, height = 0;
-  std::vector<float> values;
-  [[nodiscard]] float at(int x, int y) const {
-    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                  static_cast<std::size_t>(x)];
-  }
-  [[nodiscard]] const float* row(int y) const {
-    return values.data() + static_cast<std::ptrdiff_t>(y) * width;
-  }
-};
 
 struct Block {
   int x0, y0, side;
@@ -52,7 +39,8 @@ struct Normal {
 
 namespace {
 
-using following::Block, following::Normal, following::Plane;
+using following::Block, following::Normal;
+using Plane = cv::Mat1f;
 
 constexpr int kIterations = 25;
 constexpr double kConverged_px = 1e-3;
@@ -68,31 +56,24 @@ constexpr double kOfRounding = 1.0 / 12;
 
 /// Averages squares of `factor` x `factor` pixels.
 Plane shrunk(const GreyView& view, int factor) {
-  Plane plane{view.width_px / factor, view.height_px / factor, {}};
-  if (factor == 1) {
-    plane.values.assign(view.pixels.begin(), view.pixels.end());
-    return plane;
-  }
-  plane.values.reserve(static_cast<std::size_t>(plane.width) *
-                       static_cast<std::size_t>(plane.height));
-  for (int y = 0; y < plane.height; ++y)
-    for (int x = 0; x < plane.width; ++x) {
+  const cv::Mat1b full(view.height_px, view.width_px,
+                       const_cast<std::uint8_t*>(view.pixels.data()));  // only read
+  Plane plane(view.height_px / factor, view.width_px / factor);
+  for (int y = 0; y < plane.rows; ++y)
+    for (int x = 0; x < plane.cols; ++x) {
       int sum = 0;
       for (int j = 0; j < factor; ++j)
-        for (int i = 0; i < factor; ++i)
-          sum += view.pixels[static_cast<std::size_t>(y * factor + j) *
-                                 static_cast<std::size_t>(view.width_px) +
-                             static_cast<std::size_t>(x * factor + i)];
-      plane.values.push_back(static_cast<float>(sum) / static_cast<float>(factor * factor));
+        for (int i = 0; i < factor; ++i) sum += full(y * factor + j, x * factor + i);
+      plane(y, x) = static_cast<float>(sum) / static_cast<float>(factor * factor);
     }
   return plane;
 }
 
 double slope_x(const Plane& p, int x, int y) {
-  return 0.5 * (p.at(x + 1, y) - p.at(x - 1, y));
+  return 0.5 * (p(y, x + 1) - p(y, x - 1));
 }
 double slope_y(const Plane& p, int x, int y) {
-  return 0.5 * (p.at(x, y + 1) - p.at(x, y - 1));
+  return 0.5 * (p(y + 1, x) - p(y - 1, x));
 }
 
 Normal normal_of(const Plane& a, const Block& b) {
@@ -100,7 +81,7 @@ Normal normal_of(const Plane& a, const Block& b) {
   const double count = static_cast<double>(b.side) * b.side;
   for (int y = b.y0; y < b.y0 + b.side; ++y)
     for (int x = b.x0; x < b.x0 + b.side; ++x) {
-      const double gx = slope_x(a, x, y), gy = slope_y(a, x, y), value = a.at(x, y);
+      const double gx = slope_x(a, x, y), gy = slope_y(a, x, y), value = a(y, x);
       n.mean_x += gx / count;
       n.mean_y += gy / count;
       n.mean += value / count;
@@ -121,10 +102,9 @@ double noise_variance(const Plane& a, const Block& b) {
   std::vector<double> differences;
   for (int y = b.y0; y < b.y0 + b.side; ++y)
     for (int x = b.x0; x < b.x0 + b.side; ++x)
-      differences.push_back(
-          std::abs(a.at(x - 1, y - 1) + a.at(x + 1, y - 1) + a.at(x - 1, y + 1) +
-                   a.at(x + 1, y + 1) + 4 * a.at(x, y) -
-                   2 * (a.at(x, y - 1) + a.at(x, y + 1) + a.at(x - 1, y) + a.at(x + 1, y))));
+      differences.push_back(std::abs(a(y - 1, x - 1) + a(y - 1, x + 1) + a(y + 1, x - 1) +
+                                     a(y + 1, x + 1) + 4 * a(y, x) -
+                                     2 * (a(y - 1, x) + a(y + 1, x) + a(y, x - 1) + a(y, x + 1))));
   // The filter amplifies the variance 36 times; a median is 0.6745 standard deviations.
   const double sd = median(std::move(differences)) / (6 * 0.6745);
   return sd * sd;
@@ -146,8 +126,8 @@ Misfit misfit_of(const Plane& a, const Plane& b, const Block& block, const Norma
   const int column = static_cast<int>(std::floor(dx)), row = static_cast<int>(std::floor(dy));
   const double u = dx - column, v = dy - row;
   for (int y = block.y0; y < block.y0 + block.side; ++y) {
-    const float *here = a.row(y), *above = a.row(y - 1), *below = a.row(y + 1);
-    const float *first = b.row(y + row) + column, *second = b.row(y + row + 1) + column;
+    const float *here = a[y], *above = a[y - 1], *below = a[y + 1];
+    const float *first = b[y + row] + column, *second = b[y + row + 1] + column;
     for (int x = block.x0; x < block.x0 + block.side; ++x) {
       const double value = (1 - v) * ((1 - u) * first[x] + u * first[x + 1]) +
                            v * ((1 - u) * second[x] + u * second[x + 1]);
@@ -170,8 +150,8 @@ Misfit misfit_of(const Plane& a, const Plane& b, const Block& block, const Norma
 }
 
 bool inside(const Plane& p, const Block& b, double dx, double dy) {
-  return b.x0 + dx >= 0 && b.y0 + dy >= 0 && b.x0 + b.side + dx < p.width - 1 &&
-         b.y0 + b.side + dy < p.height - 1;
+  return b.x0 + dx >= 0 && b.y0 + dy >= 0 && b.x0 + b.side + dx < p.cols - 1 &&
+         b.y0 + b.side + dy < p.rows - 1;
 }
 
 /// Directions in which a block is tracked: both, or only across its edges.
@@ -304,7 +284,7 @@ struct BlockFollower::First {
   };
   MotionOptions options;
   int width_px, height_px;
-  Plane plane;
+  cv::Mat1f plane;
   std::vector<Textured> blocks;
   std::vector<Textured> edges;  ///< blocks with structure in one direction only
 
@@ -342,8 +322,8 @@ BlockFollower::BlockFollower(const GreyView& from, const MotionOptions& options)
   First first{options, from.width_px, from.height_px, shrunk(from, options.shrink), {}, {}};
   const int side = options.block_px / options.shrink;
   const double scale = options.shrink;
-  for (int y0 = 1; y0 + side + 1 < first.plane.height; y0 += side)
-    for (int x0 = 1; x0 + side + 1 < first.plane.width; x0 += side) {
+  for (int y0 = 1; y0 + side + 1 < first.plane.rows; y0 += side)
+    for (int x0 = 1; x0 + side + 1 < first.plane.cols; x0 += side) {
       const Block block{x0, y0, side};
       const Normal n = normal_of(first.plane, block);
       // Pure noise gives half its variance per px to each gradient.

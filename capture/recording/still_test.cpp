@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests whether cloth and cameras are still, with bench1 as frames of emulated cameras.
-#include "capture/recording/still.hpp"
+#include "capture/recording/record.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -14,13 +14,11 @@
 #include "compare/history/results.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/tables/tables.hpp"
-#include "core/error.hpp"
-#include "core/fields/document.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
-#include "core/sensitivity.hpp"
+#include "core/simulation_files.hpp"
 
 namespace drape::compare {
 namespace {
@@ -36,8 +34,8 @@ using Stated = std::map<fs::path, std::set<std::string>>;
 std::string scene_in(const fs::path& file) {
   if (read_text(file).find("\"drapebench/scene/") == std::string::npos) return {};
   try {
-    const Value* name = Document::read(file).root().find("name");
-    const auto* text = name == nullptr ? nullptr : name->get_if<std::string>();
+    const Document scene = Document::read(file);
+    const auto* text = scene.root().find_as<std::string>("name");
     return text == nullptr ? std::string() : *text;
   } catch (const Error&) {
     return {};  // nothing was simulated with it

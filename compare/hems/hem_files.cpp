@@ -13,12 +13,11 @@
 #include <set>
 
 #include "compare/records/provenance.hpp"
-#include "core/cusick.hpp"
-#include "core/files/csv.hpp"
-#include "core/files/mesh_file.hpp"
+#include "core/drape_mesh.hpp"
+#include "core/files/files.hpp"
 #include "core/parallel.hpp"
-#include "core/program/similar.hpp"
-#include "core/statistics/distributions.hpp"
+#include "core/program/words.hpp"
+#include "core/simulation_files.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

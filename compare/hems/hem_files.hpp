@@ -10,7 +10,6 @@
 #include "compare/hems/silhouette.hpp"
 #include "compare/metrics/drapemeter.hpp"
 #include "compare/repeats/repeats.hpp"
-#include "core/error.hpp"
 #include "core/fields/records.hpp"
 
 namespace drape::compare {

@@ -14,7 +14,6 @@
 #include "compare/hems/silhouette.hpp"
 #include "compare/hems/test_published.hpp"
 #include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"

@@ -12,7 +12,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/pictures/picture.hpp"

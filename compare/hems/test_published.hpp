@@ -2,7 +2,6 @@
 #pragma once
 
 #include "compare/hems/hem_files.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 

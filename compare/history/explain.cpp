@@ -12,9 +12,8 @@
 #include "compare/drape_input.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/schema/schema.hpp"
-#include "core/error.hpp"
 #include "core/geometry/rigid_motion.hpp"
-#include "core/statistics/distributions.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

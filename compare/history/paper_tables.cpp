@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "compare/history/results.hpp"
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::compare {
 namespace {

@@ -8,7 +8,6 @@
 #include <regex>
 
 #include "compare/schema/schema.hpp"
-#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

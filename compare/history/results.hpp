@@ -8,7 +8,7 @@
 
 #include "compare/records/provenance.hpp"
 #include "compare/store/store.hpp"
-#include "core/pose.hpp"
+#include "core/geometry/rigid_motion.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {

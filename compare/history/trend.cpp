@@ -8,8 +8,7 @@
 
 #include "compare/history/results.hpp"
 #include "compare/schema/schema.hpp"
-#include "core/error.hpp"
-#include "core/program/similar.hpp"
+#include "core/program/words.hpp"
 
 namespace drape::compare {
 namespace {

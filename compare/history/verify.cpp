@@ -22,7 +22,6 @@
 #include "compare/store/outcome.hpp"
 #include "compare/store/store.hpp"
 #include "core/drape_mesh.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 

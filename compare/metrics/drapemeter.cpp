@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"

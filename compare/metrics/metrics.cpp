@@ -10,7 +10,6 @@
 #include <numeric>
 #include <span>
 
-#include "core/error.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"

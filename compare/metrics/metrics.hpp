@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/geometry/triangle_tree.hpp"
+#include "core/geometry/closed_mesh.hpp"
 #include "core/sheet.hpp"
 #include "core/statistics/sample.hpp"
 

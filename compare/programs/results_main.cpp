@@ -18,11 +18,10 @@
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/store.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/program/command.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/program.hpp"
+#include "core/program/words.hpp"
 #include "core/run_report.hpp"
 #include "core/units.hpp"
 

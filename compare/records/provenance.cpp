@@ -7,9 +7,7 @@
 #include <algorithm>
 #include <set>
 
-#include "core/error.hpp"
-#include "core/fields/document.hpp"
-#include "core/files/csv.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 
@@ -59,8 +57,7 @@ bool is_written_by_programs(const fs::path& file) {
   if (file.extension() != ".json" || file.filename() == "recording.json") return false;
   try {
     const Value json = json_value(read_text(file));
-    const Value* schema = json.find("schema");
-    const auto* name = schema == nullptr ? nullptr : schema->get_if<std::string>();
+    const auto* name = json.find_as<std::string>("schema");
     return name != nullptr && name->starts_with("drapebench/");
   } catch (const std::exception&) {
     return false;  // its bytes are judged by their hash

@@ -12,9 +12,7 @@
 
 #include "compare/metrics/metrics.hpp"
 #include "compare/records/provenance.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

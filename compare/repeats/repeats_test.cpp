@@ -12,7 +12,7 @@
 
 #include "compare/hems/test_published.hpp"
 #include "compare/repeats/test_prior.hpp"
-#include "core/statistics/distributions.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::compare {
 namespace {

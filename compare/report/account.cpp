@@ -18,12 +18,10 @@
 #include "compare/store/outcome.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
-#include "core/error.hpp"
+#include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
-#include "core/files/inside.hpp"
-#include "core/files/mesh_file.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -15,7 +15,6 @@
 #include "compare/tables/tables.hpp"
 #include "core/drawing/svg.hpp"
 #include "core/files/files.hpp"
-#include "core/files/inside.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compare/history/results.hpp"
-#include "core/fields/value.hpp"
+#include "core/fields/fields.hpp"
 #include "core/run_report.hpp"
 
 namespace drape::compare {

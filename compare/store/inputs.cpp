@@ -7,11 +7,10 @@
 
 #include "compare/drape_input.hpp"
 #include "compare/records/provenance.hpp"
-#include "core/certificate.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
+#include "core/simulation_files.hpp"
 #include "core/units.hpp"
 
 // Files beside a simulated sheet: certificate.json and levels.json.

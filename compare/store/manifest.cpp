@@ -15,7 +15,6 @@
 
 #include "compare/schema/schema.hpp"
 #include "compare/store/store.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 

@@ -17,10 +17,8 @@
 #include "compare/repeats/repeats.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
-#include "core/error.hpp"
-#include "core/fields/document.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
-#include "core/program/dates.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 

@@ -13,8 +13,6 @@
 #include <regex>
 #include <thread>
 
-#include "core/error.hpp"
-
 namespace drape::compare {
 namespace {
 

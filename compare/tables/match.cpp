@@ -8,9 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/scene_values.hpp"
-#include "core/statistics/distributions.hpp"
+#include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 

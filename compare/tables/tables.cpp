@@ -10,8 +10,6 @@
 #include <string_view>
 
 #include "compare/folds/folds.hpp"
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 

@@ -8,7 +8,7 @@
 #include "compare/compare.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/files/json_file.hpp"
-#include "core/sensitivity.hpp"
+#include "core/simulation_files.hpp"
 
 namespace drape::compare {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include "core/drawing/chart.hpp"
+#include "core/drawing/svg.hpp"
 
 namespace drape {
 namespace {

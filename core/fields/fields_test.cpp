@@ -5,7 +5,7 @@
 
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
-#include "core/program/command.hpp"
+#include "core/program/program.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

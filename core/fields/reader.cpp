@@ -7,7 +7,7 @@
 
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
-#include "core/program/similar.hpp"
+#include "core/program/words.hpp"
 
 namespace drape {
 namespace {

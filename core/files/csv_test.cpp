@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 
 #include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
 #include "core/error.hpp"
-#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/files/files.hpp"
-#include "core/files/inside.hpp"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>

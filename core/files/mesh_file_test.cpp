@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/files/mesh_file.hpp"
+#include "core/drape_mesh.hpp"
 
 #include <gmock/gmock.h>
 

@@ -3,12 +3,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <optional>
 #include <regex>
 #include <set>
 
-#include "core/error.hpp"
-#include "core/files/inside.hpp"
+#include "core/files/files.hpp"
 
 namespace drape {
 namespace {
@@ -88,11 +86,9 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
 
 /// Pictures in a folder, sorted by name; a link keeps its own name, not that of its target.
 std::vector<fs::path> pictures_in(const fs::path& folder) {
-  static const std::regex kPicture(".*\\.(png|jpg|jpeg|tif|tiff)", std::regex::icase);
   std::vector<fs::path> pictures;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (name.front() == '.' || !std::regex_match(name, kPicture)) continue;
+    if (!is_picture_name(entry.path().filename().string())) continue;
     require_target(entry.path());
     if (entry.is_regular_file()) pictures.push_back(entry.path());
   }
@@ -170,6 +166,11 @@ std::vector<PlacedPicture> by_name(const fs::path& folder) {
 }
 
 }  // namespace
+
+bool is_picture_name(const std::string& name) {
+  static const std::regex kEnding("\\.(png|jpg|jpeg|tif|tiff)", std::regex::icase);
+  return !name.starts_with('.') && std::regex_match(fs::path(name).extension().string(), kEnding);
+}
 
 std::vector<PictureName> read_picture_names(const std::vector<std::string>& given) {
   // Times are ignored if the names differ without them.

@@ -24,6 +24,9 @@ struct PlacedPicture {
   std::filesystem::path file;
 };
 
+/// True for the names of PNG, JPEG and TIFF files, but not for hidden ones.
+[[nodiscard]] bool is_picture_name(const std::string& name);
+
 /// Detects the layout of a folder: `cameras` if one of its folders holds more pictures than there
 /// are folders, `names` if pictures lie in it directly, else `sets`.
 [[nodiscard]] PictureLayout layout_found(const std::filesystem::path& folder);

@@ -9,7 +9,6 @@
 
 #include "core/error.hpp"
 #include "core/geometry/closed_mesh.hpp"
-#include "core/geometry/homography.hpp"
 #include "core/geometry/point.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/geometry/vectors.hpp"
@@ -39,8 +38,8 @@ TEST_F(Geometry, RotationVectorsAndCrossProducts) {
   EXPECT_LT((cross_matrix(v) * w - v.cross(w)).norm(), 1e-15);
   EXPECT_LT((rotation_vector(rotation_about(v)) - v).norm(), 1e-14);
   EXPECT_EQ(rotation_about(Vector3d::Zero()), Matrix3d::Identity());
-  EXPECT_NEAR(signed_area({{0, 0}, {2, 0}, {2, 3}}), 3, 1e-15);
-  EXPECT_NEAR(signed_area({{2, 3}, {2, 0}, {0, 0}}), -3, 1e-15);
+  EXPECT_NEAR(signed_area(std::vector<Vector2d>{{0, 0}, {2, 0}, {2, 3}}), 3, 1e-15);
+  EXPECT_NEAR(signed_area(std::vector<Vector2d>{{2, 3}, {2, 0}, {0, 0}}), -3, 1e-15);
 }
 
 TEST_F(Geometry, RigidMotionTakesPointsBackAndRefusesALine) {

@@ -7,11 +7,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "core/camera_derivatives.hpp"
-#include "core/error.hpp"
-#include "core/geometry/dense.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 

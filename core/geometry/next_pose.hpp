@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/calibration.hpp"
-#include "core/pose.hpp"
+#include "core/geometry/rigid_motion.hpp"
 #include "core/rig.hpp"
 
 namespace drape {

@@ -6,11 +6,8 @@
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <optional>
-#include <string>
-#include <vector>
 
-#include "core/files/picture_head.hpp"
+#include "core/files/files.hpp"
 
 namespace drape {
 namespace {
@@ -46,11 +43,7 @@ class Tiff {
   }
   /// Unsigned number of `width` bytes; 0 beyond the end.
   [[nodiscard]] std::size_t at(std::size_t offset, std::size_t width) const {
-    std::size_t value = 0;
-    if (offset > bytes_.size() || bytes_.size() - offset < width) return value;
-    for (std::size_t i = 0; i < width; ++i)
-      value = value << 8 | bytes_[offset + (bytes_[0] == 'I' ? width - 1 - i : i)];
-    return value;
+    return unsigned_at(as_text(bytes_), offset, width, bytes_[0] == 'I').value_or(0);
   }
 
  private:
@@ -60,30 +53,21 @@ class Tiff {
 
 /// Directory with the orientation tag: in a JPEG's APP1, in a PNG's eXIf, or the TIFF's own.
 Bytes exif_of(Bytes bytes) {
-  const auto big_endian = [&](std::size_t offset, std::size_t width) {
-    std::size_t value = 0;
-    for (std::size_t i = 0; i < width; ++i) value = value << 8 | bytes[offset + i];
-    return value;
-  };
-  const auto is_at = [&](std::size_t offset, std::string_view text) {
-    return offset + text.size() <= bytes.size() &&
-           std::equal(text.begin(), text.end(), bytes.begin() + static_cast<std::ptrdiff_t>(offset),
-                      [](char a, unsigned char b) { return static_cast<unsigned char>(a) == b; });
-  };
-  if (is_at(0, "\x89PNG")) {
+  const std::string_view text = as_text(bytes);
+  if (text.starts_with("\x89PNG")) {
     for (std::size_t at = 8; at + 12 <= bytes.size();) {
-      const std::size_t length = big_endian(at, 4);
+      const std::size_t length = *unsigned_at(text, at, 4);
       if (length > bytes.size() - at - 12) break;
-      if (is_at(at + 4, "eXIf")) return bytes.subspan(at + 8, length);
+      if (text.substr(at + 4).starts_with("eXIf")) return bytes.subspan(at + 8, length);
       at += length + 12;
     }
     return {};
   }
-  if (is_at(0, "\xff\xd8")) {
+  if (text.starts_with("\xff\xd8")) {
     for (std::size_t at = 2; at + 4 <= bytes.size() && bytes[at] == 0xff;) {
-      const std::size_t length = big_endian(at + 2, 2);
+      const std::size_t length = *unsigned_at(text, at + 2, 2);
       if (bytes[at + 1] == 0xda || length < 2 || length > bytes.size() - at - 2) break;
-      if (bytes[at + 1] == 0xe1 && length >= 8 && is_at(at + 4, "Exif"))
+      if (bytes[at + 1] == 0xe1 && length >= 8 && text.substr(at + 4).starts_with("Exif"))
         return bytes.subspan(at + 10, length - 8);
       at += length + 2;
     }

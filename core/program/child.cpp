@@ -2,61 +2,38 @@
 #include "core/program/child.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <utility>
 
-#include "core/fields/document.hpp"
+#include "core/fields/records.hpp"
 
 namespace drape {
 namespace {
 
 constexpr const char kProgressVariable[] = "DRAPE_PROGRESS_FD=";
 
-void close_one(int& descriptor) {
-  if (descriptor >= 0) ::close(descriptor);
-  descriptor = -1;
-}
-
 }  // namespace
 
 Pipe::Pipe() {
-  if (::pipe2(ends_.data(), O_CLOEXEC) != 0)
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0)
     throw internal_error(fmt::format("no pipe: {}", std::strerror(errno)));
-}
-
-Pipe::Pipe(Pipe&& other) noexcept : ends_(std::exchange(other.ends_, {-1, -1})) {}
-
-Pipe& Pipe::operator=(Pipe&& other) noexcept {
-  std::swap(ends_, other.ends_);
-  return *this;
-}
-
-Pipe::~Pipe() {
-  close_writing();
-  close_reading();
-}
-
-void Pipe::close_reading() {
-  close_one(ends_[0]);
-}
-
-void Pipe::close_writing() {
-  close_one(ends_[1]);
+  reading_ = Descriptor(ends[0]);
+  writing_ = Descriptor(ends[1]);
 }
 
 void Pipe::take(std::string& text, std::size_t most) {
   std::array<char, 65536> buffer;
-  const ssize_t got = ::read(ends_[0], buffer.data(), buffer.size());
+  const ssize_t got = ::read(reading(), buffer.data(), buffer.size());
   if (got < 0 && errno == EINTR) return;
   if (got <= 0) return close_reading();
   text.append(buffer.data(), static_cast<std::size_t>(got));
@@ -151,8 +128,7 @@ std::optional<Error> error_printed(const std::string& output, int exit_code) {
       error = &list->front();
   if (error == nullptr) return std::nullopt;
   const auto text = [&](const char* key) {
-    const Value* value = error->find(key);
-    const auto* words = value == nullptr ? nullptr : value->get_if<std::string>();
+    const auto* words = error->find_as<std::string>(key);
     return words == nullptr ? std::string() : *words;
   };
   return Error(static_cast<ErrorKind>(exit_code), text("what_failed"), {.file = text("where")},

@@ -3,7 +3,6 @@
 
 #include <sys/types.h>
 
-#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -12,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/error.hpp"
+#include "core/files/files.hpp"
 
 namespace drape {
 
@@ -20,20 +19,17 @@ namespace drape {
 class Pipe {
  public:
   Pipe();  ///< throws Error(internal) if the system is out of descriptors
-  ~Pipe();
-  Pipe(Pipe&& other) noexcept;
-  Pipe& operator=(Pipe&& other) noexcept;
 
-  [[nodiscard]] int reading() const { return ends_[0]; }  ///< -1 when closed
-  [[nodiscard]] int writing() const { return ends_[1]; }
-  void close_reading();
-  void close_writing();
+  [[nodiscard]] int reading() const { return reading_.get(); }  ///< -1 when closed
+  [[nodiscard]] int writing() const { return writing_.get(); }
+  void close_reading() { reading_.reset(); }
+  void close_writing() { writing_.reset(); }
   /// Appends available data, keeping the last `most` bytes; closes the pipe at the end of the
   /// stream.
   void take(std::string& text, std::size_t most = std::string::npos);
 
  private:
-  std::array<int, 2> ends_;
+  Descriptor reading_, writing_;
 };
 
 /// Descriptors passed to a child; -1 inherits those of this process.

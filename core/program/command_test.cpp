@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/program/command.hpp"
+#include "core/program/program.hpp"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {

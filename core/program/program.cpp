@@ -9,21 +9,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
-#include <filesystem>
 #include <new>
-#include <string_view>
 #include <system_error>
 #include <thread>
-#include <vector>
 
-#include "core/error.hpp"
 #include "core/files/json_file.hpp"
-#include "core/program/command.hpp"
-#include "core/program/run_record.hpp"
 
 namespace drape {
 namespace {

@@ -1,14 +1,118 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/program/run_record.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
-
 #include <algorithm>
-
-#include "core/error.hpp"
-#include "core/program/dates.hpp"
+#include <cstdio>
+#include <ctime>
 
 namespace drape {
+
+using namespace std::chrono;
+
+std::string utc_text(system_clock::time_point time) {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(system_clock::to_time_t(time)));
+}
+
+std::string date_text(sys_days day) {
+  return utc_text(day).substr(0, 10);
+}
+
+std::string today() {
+  return utc_text().substr(0, 10);
+}
+
+std::optional<sys_days> date_in(const std::string& text) {
+  int year_number = 0, end = 0;
+  unsigned month_number = 0, day_number = 0;
+  const int read =
+      std::sscanf(text.c_str(), "%4d-%2u-%2u%n", &year_number, &month_number, &day_number, &end);
+  const year_month_day date{year(year_number), month(month_number), day(day_number)};
+  if (read != 3 || text.size() != 10 || end != 10 || !date.ok()) return std::nullopt;
+  return sys_days(date);
+}
+
+std::optional<sys_seconds> utc_time_in(const std::string& text) {
+  std::tm utc{};
+  const char* end = ::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  if (end == nullptr || *end != 0) return std::nullopt;
+  return sys_seconds(seconds(::timegm(&utc)));
+}
+
+namespace {
+
+enum class Verdict { go, no_go };
+
+}  // namespace
+
+template <>
+inline constexpr std::string_view names_of<Verdict>[] = {"GO", "NO-GO"};
+
+void fields(Fields& f, Ending& ending) {
+  auto verdict = ending.go ? Verdict::go : Verdict::no_go;
+  f({"verdict", "verdict on the measurement"}, verdict);
+  ending.go = verdict == Verdict::go;
+  f({"sentence", "reason for the verdict in one sentence"}, ending.verdict);
+  // Each key may occur once per object.
+  std::map<std::string, int> times;
+  for (auto& [name, value] : ending.numbers)
+    if (const int before = times[name]++; before > 0) name += fmt::format(" ({})", before + 1);
+  f.otherwise({"numbers", "values with units, by name"}, ending.numbers);
+  f.otherwise({"rejected", "data that were not used, with the reason"}, ending.rejected);
+  f.otherwise({"warnings", "data that were used despite an anomaly"}, ending.warnings);
+  f.otherwise({"advice", "steps that would improve the next result"}, ending.advice);
+  f.otherwise({"next_command", "command to run next"}, ending.next_command);
+  f.if_any({"tables", "text printed before the verdict"}, ending.tables);
+}
+
+std::string printed(const Ending& ending) {
+  std::string text =
+      fmt::format("{}{}: {}\n", ending.tables, ending.go ? "GO" : "NO-GO", ending.verdict);
+  std::size_t width = 0;
+  for (const auto& number : ending.numbers) width = std::max(width, number.first.size());
+  for (const auto& [name, value] : ending.numbers)
+    text += fmt::format("  {:<{}}  {}\n", name, width, value);
+  for (const std::string& line : ending.rejected) text += fmt::format("  rejected: {}\n", line);
+  for (const std::string& line : ending.warnings) text += fmt::format("  warning: {}\n", line);
+  for (const std::string& line : ending.advice) text += fmt::format("  advice: {}\n", line);
+  if (!ending.next_command.empty()) text += fmt::format("  next: {}\n", ending.next_command);
+  return text;
+}
+
+std::optional<Ending> ending_in(std::string_view output) {
+  const std::size_t line = output.starts_with('{') ? 0 : output.find("\n{") + 1;
+  if (line == 0 && !output.starts_with('{')) return std::nullopt;
+  try {
+    const Value printed = json_value(output.substr(line));
+    Value known = Value::Table{};
+    const Value all = value_of(Ending{.tables = " "});
+    for (const auto& [key, unused] : *all.get_if<Value::Table>())
+      if (const Value* value = printed.find(key)) known[key] = *value;
+    Ending ending;
+    if (!faults_of_reading(Document(Syntax::json, known), walk_through(ending)).empty())
+      return std::nullopt;
+    return ending;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+std::filesystem::path ending_path(const std::filesystem::path& record) {
+  std::filesystem::path file = record;
+  return file.replace_extension().replace_extension(".ending.json");
+}
+
+std::optional<Ending> kept_ending(const std::filesystem::path& record) {
+  try {
+    const std::filesystem::path file = ending_path(record);
+    if (!std::filesystem::is_regular_file(file)) return std::nullopt;
+    return read_record<Ending>(file);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -44,8 +148,7 @@ std::optional<std::string> hash_of_values(const fs::path& file, const std::strin
     Value root = document.root();
     if (auto* list = root["sets"].get_if<Value::List>())
       std::erase_if(*list, [&](const Value& set) {
-        const Value* name = set.find("name");
-        const auto* text = name == nullptr ? nullptr : name->get_if<std::string>();
+        const auto* text = set.find_as<std::string>("name");
         return text != nullptr && std::find(sets.begin(), sets.end(), *text) == sets.end();
       });
     return Document(Syntax::json, std::move(root)).values_sha256();
@@ -128,14 +231,6 @@ bool is_as_recorded(const fs::path& record, const RecordedFile& file) {
          (file.values_sha256 &&
           hash_of_values(place, read_text(place), file.sets) == file.values_sha256);
 }
-
-std::string sha256_as_read(const fs::path& file) {
-  const RecordedFile now = recorded(file, {});
-  return now.values_sha256.value_or(now.sha256);
-}
-
-RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file)
-    : RunRecord(std::move(program), std::move(arguments), std::move(file), StepFiles{}) {}
 
 RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file,
                      const StepFiles& files)
@@ -230,8 +325,7 @@ bool is_up_to_date(const fs::path& record, const fs::path& program,
   if (!fs::is_regular_file(record) || !fs::is_regular_file(program)) return false;
   try {
     const Document document = Document::read(record);
-    const Value* schema = document.root().find("schema");
-    const auto* kept = schema == nullptr ? nullptr : schema->get_if<std::string>();
+    const auto* kept = document.root().find_as<std::string>("schema");
     if (kept == nullptr || *kept != format_of<RunFile>.schema()) return false;
     const auto run = read_record<RunFile>(document);
     const auto holds = [&](const RecordedFile& file) { return is_as_recorded(record, file); };

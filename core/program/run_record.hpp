@@ -6,13 +6,59 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
-#include "core/program/ending.hpp"
 
 namespace drape {
+
+/// Formats a time as "2026-01-31T12:00:00Z".
+[[nodiscard]] std::string utc_text(
+    std::chrono::system_clock::time_point time = std::chrono::system_clock::now());
+
+/// Formats a day as "2026-01-31".
+[[nodiscard]] std::string date_text(std::chrono::sys_days day);
+[[nodiscard]] std::string today();  ///< current day, UTC
+
+/// The day written as "2026-01-31"; nullopt for any other text.
+[[nodiscard]] std::optional<std::chrono::sys_days> date_in(const std::string& text);
+
+/// The time written by utc_text(); nullopt for any other text.
+[[nodiscard]] std::optional<std::chrono::sys_seconds> utc_time_in(const std::string& text);
+
+/// Result of a step: verdict on the measurement, key numbers, rejected data with reasons, warnings,
+/// advice and the next command. Kept as `<stem>.ending.json` beside the run record and printed by
+/// --json.
+struct Ending {
+  bool go = true;
+  std::string verdict = {};                                       ///< one sentence
+  std::vector<std::pair<std::string, std::string>> numbers = {};  ///< name, and value with unit
+  std::vector<std::string> rejected = {};  ///< data that were not used, with reasons and counts
+  std::vector<std::string> warnings = {};  ///< unusual conditions of data that were used
+  std::vector<std::string> advice = {};    ///< actions that would improve the next result
+  std::string next_command = {};
+  std::string tables = {};  ///< text printed before the verdict
+};
+void fields(Fields& f, Ending& ending);
+template <>
+inline constexpr Format format_of<Ending>{"ending", Syntax::json, 1, "verdict of a step"};
+
+/// Formats the ending for the terminal.
+[[nodiscard]] std::string printed(const Ending& ending);
+
+/// Finds the ending in the --json output of a program. Ignores unknown keys, since the program may
+/// be another lab's. nullopt if there is none.
+[[nodiscard]] std::optional<Ending> ending_in(std::string_view output);
+
+/// Path of the ending beside a record: `<stem>.ending.json`.
+[[nodiscard]] std::filesystem::path ending_path(const std::filesystem::path& record);
+
+/// Reads the ending that was stored with a record; nullopt if there is none or it is
+/// invalid.
+[[nodiscard]] std::optional<Ending> kept_ending(const std::filesystem::path& record);
 
 /// Files that a step declares before it starts.
 struct StepFiles {
@@ -56,10 +102,6 @@ inline constexpr Format format_of<RunFile>{"run", Syntax::json, 2, "what one pro
 /// values.
 [[nodiscard]] bool is_as_recorded(const std::filesystem::path& record, const RecordedFile& file);
 
-/// Hash that decides whether a file is unchanged: of its values if people write it, else of its
-/// bytes.
-[[nodiscard]] std::string sha256_as_read(const std::filesystem::path& file);
-
 /// Provenance of one program run (run.json): program, version, arguments, inputs and outputs with
 /// their hashes, times, exit code, hash of the ending. No other file contains clock times.
 ///
@@ -70,12 +112,10 @@ class RunRecord {
  public:
   /// `arguments` as given on the command line, without the program's name. `file` is the path of
   /// the record, or empty for a run that keeps none. Locks the record: throws Error(bad_input) if
-  /// another program is writing the same output.
+  /// another program is writing the same output, and Error(usage), before any change, if one of the
+  /// outputs of `files` is one of its inputs.
   RunRecord(std::string program, std::vector<std::string> arguments,
-            std::filesystem::path file = {});
-  /// Like the above, and throws Error(usage), before any change, if an output is one of the inputs.
-  RunRecord(std::string program, std::vector<std::string> arguments, std::filesystem::path file,
-            const StepFiles& files);
+            std::filesystem::path file = {}, const StepFiles& files = {});
 
   /// Adds an input and hashes it now, before it is read: a change in between then counts as a
   /// change. Throws Error(usage) if it is one of the outputs named so far.

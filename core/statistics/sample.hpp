@@ -9,8 +9,54 @@
 #include <utility>
 #include <vector>
 
-// Statistics of a sample of numbers.
 namespace drape {
+
+// Distributions from Boost.Math, which is compiled here only. Degrees of freedom must be positive
+// and need not be whole.
+
+/// Quantile of the standard normal distribution, 0 < p < 1.
+[[nodiscard]] double normal_quantile(double p);
+
+/// Cumulative distribution function of Student's t.
+[[nodiscard]] double student_cdf(double t, double dof);
+/// Quantile of Student's t, 0 < p < 1.
+[[nodiscard]] double student_quantile(double p, double dof);
+
+/// Probability that a chi-square variable exceeds `chi2`; 1 for chi2 <= 0.
+[[nodiscard]] double chi_square_tail(double chi2, double dof);
+/// The value that a chi-square variable exceeds with probability p, 0 < p < 1.
+[[nodiscard]] double chi_square_beyond(double p, double dof);
+
+/// Probability that a variable with Fisher's F distribution exceeds `f`; 1 for f <= 0.
+[[nodiscard]] double f_tail(double f, double numerator_dof, double denominator_dof);
+
+/// Upper confidence bound of the probability of an event that occurred in `seen` of `trials` > 0
+/// trials (Clopper and Pearson 1934); about 3 / trials at 95 % if it never occurred (the rule of
+/// three).
+[[nodiscard]] double probability_bound(int seen, int trials, double confidence);
+
+/// SplitMix64 (Steele, Lea, Flood 2014): the same sequence with every library and on every machine.
+class SplitMix64 {
+ public:
+  /// Starts the sequence of `seed` after its first `skipped` numbers.
+  explicit SplitMix64(std::uint64_t seed, std::uint64_t skipped = 0)
+      : state_(seed + skipped * kStep) {}
+  /// 64 random bits.
+  std::uint64_t next() {
+    std::uint64_t z = (state_ += kStep);
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EB;
+    return z ^ (z >> 31);
+  }
+  /// Uniform in 0 to count - 1, count <= 2^32, by the high word of a product.
+  std::uint64_t below(std::uint64_t count) { return (next() >> 32) * count >> 32; }
+  /// Uniform in [0, 1).
+  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+
+ private:
+  static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15;
+  std::uint64_t state_;
+};
 
 /// The value at index `place` of the sorted sample, which holds more than `place` values.
 template <typename T>

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 
 namespace drape {

@@ -4,14 +4,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/statistics/sample.hpp"
 
 namespace drape::detect {
-
 namespace {
 
 /// Sum of a[i] * b[i] in a fixed order; `count` is a multiple of `lanes`.

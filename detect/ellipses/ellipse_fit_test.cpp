@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "detect/ellipses/pixel_columns.hpp"
 #include "detect/test_pictures.hpp"
 #include "tests/support/trials.hpp"
 

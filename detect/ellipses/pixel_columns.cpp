@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detect/ellipses/pixel_columns.hpp"
+#include "detect/ellipses/ellipse_fit.hpp"
 
 #include <cmath>
 #include <utility>
@@ -7,7 +7,6 @@
 #include "core/statistics/sample.hpp"
 
 namespace drape::detect {
-
 namespace {
 
 constexpr double ring_px = 4.0;         // width of the ring of pixels used outside the outline

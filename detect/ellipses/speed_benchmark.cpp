@@ -8,8 +8,6 @@
 #include "core/recording.hpp"
 #include "core/rig.hpp"
 #include "detect/detect.hpp"
-#include "detect/dots/blobs.hpp"
-#include "detect/frame.hpp"
 #include "detect/image/image.hpp"
 #include "tests/support/paths.hpp"
 

@@ -3,7 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
@@ -11,11 +10,11 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "core/files/files.hpp"
 #include "core/pictures/picture.hpp"
 #include "core/statistics/sample.hpp"
 
 namespace drape::detect {
-
 namespace {
 
 constexpr const char* record_again =
@@ -33,13 +32,11 @@ void require_size(std::int64_t width, std::int64_t height, int width_px, int hei
 /// memory.
 void check_png_size(std::span<const unsigned char> bytes, int width_px, int height_px,
                     const Where& where) {
-  constexpr std::array<unsigned char, 8> signature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  if (bytes.size() < 24 || !std::equal(signature.begin(), signature.end(), bytes.begin())) return;
-  const auto big_endian = [&](std::size_t at) {
-    return (static_cast<std::uint32_t>(bytes[at]) << 24) | (bytes[at + 1] << 16) |
-           (bytes[at + 2] << 8) | bytes[at + 3];
-  };
-  require_size(big_endian(16), big_endian(20), width_px, height_px, where);
+  const std::string_view text = as_text(bytes);
+  const auto width = unsigned_at(text, 16, 4), height = unsigned_at(text, 20, 4);
+  if (!text.starts_with("\x89PNG\r\n\x1a\n") || !height) return;
+  require_size(static_cast<std::int64_t>(*width), static_cast<std::int64_t>(*height), width_px,
+               height_px, where);
 }
 
 cv::Mat grey_of(const cv::Mat& picture) {

@@ -5,7 +5,6 @@
 
 #include "core/rig.hpp"
 #include "detect/labels/labels.hpp"
-#include "detect/labels/print_plane.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {

@@ -2,17 +2,14 @@
 #include "detect/labels/labels.hpp"
 
 #include <Eigen/LU>
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <queue>
 #include <set>
 #include <tuple>
 
-#include "core/geometry/homography.hpp"
+#include "core/geometry/vectors.hpp"
 
 namespace drape::detect {
-
 namespace {
 
 /// Offsets from a mark to its four neighbours.

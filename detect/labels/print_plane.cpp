@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detect/labels/print_plane.hpp"
+#include "detect/labels/labels.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/homography.hpp"
+#include "core/geometry/vectors.hpp"
 
 namespace drape::detect {
 

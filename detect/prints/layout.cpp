@@ -4,20 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "core/drawing/svg.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/prints/face.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
 namespace drape::detect {
-
 namespace {
 
 using Eigen::Vector2d;
@@ -25,10 +21,7 @@ using units::mm;
 
 /// Millimetres with up to four decimals, without trailing zeros.
 std::string text_of(double metres) {
-  std::string text = fmt::format("{:.4f}", metres / mm);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text == "-0" ? "0" : text;
+  return coordinate(metres / mm, 4);
 }
 
 std::string pdf_text(const std::string& text) {
@@ -111,9 +104,6 @@ struct SvgContent {
                         text_of(line.height_m), xml(line.text));
   }
 };
-
-using Eigen::Vector2d;
-using units::mm;
 
 constexpr double kBorder = 5 * mm;  // typical unprintable margin
 constexpr double kFoot = 16 * mm;   // height of the ruler and two lines of text

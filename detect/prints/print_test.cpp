@@ -11,7 +11,6 @@
 #include "core/prints/face.hpp"
 #include "core/units.hpp"
 #include "detect/detect.hpp"
-#include "detect/frame.hpp"
 #include "detect/prints/layout.hpp"
 #include "detect/test_pictures.hpp"
 #include "tests/support/paths.hpp"

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/error.hpp"
 #include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
-#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "core/units.hpp"
 #include "detect/detect.hpp"
 #include "detect/prints/layout.hpp"
@@ -152,8 +150,7 @@ void write_pictures(const std::vector<Picture>& pictures, const fs::path& folder
                     RunRecord& record) {
   for (const Picture& picture : pictures) {
     const fs::path file = folder / picture.file_name;
-    write_durable(file,
-                  {reinterpret_cast<const char*>(picture.bytes.data()), picture.bytes.size()});
+    write_durable(file, as_text(picture.bytes));
     record.output(file);
   }
 }
@@ -229,8 +226,6 @@ int print_command(int argc, char** argv) {
     return write(printed, file, out, common, record);
   });
 }
-
-namespace fs = std::filesystem;
 
 int detect_command(int argc, char** argv) {
   const auto run = [](DetectArguments& given, const std::vector<std::string>& words,

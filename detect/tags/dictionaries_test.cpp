@@ -5,8 +5,8 @@
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "core/geometry/homography.hpp"
-#include "core/rules.hpp"
+#include "core/geometry/vectors.hpp"
+#include "core/scene.hpp"
 #include "detect/targets/board.hpp"
 #include "detect/test_pictures.hpp"
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "core/files/csv.hpp"
-#include "core/geometry/homography.hpp"
+#include "core/files/files.hpp"
+#include "core/geometry/vectors.hpp"
 #include "detect/image/image.hpp"
 #include "detect/tags/tags.hpp"
 #include "detect/test_pictures.hpp"

@@ -4,15 +4,10 @@
 #include <apriltag/apriltag.h>
 
 #include <Eigen/LU>
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <functional>
-#include <map>
 #include <set>
 
-#include "core/geometry/homography.hpp"
 #include "core/geometry/vectors.hpp"
 
 namespace drape::detect {

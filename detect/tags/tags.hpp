@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/detections.hpp"
-#include "core/prints/tag_family.hpp"
+#include "core/prints/face.hpp"
 #include "detect/image/image.hpp"
-#include "detect/labels/print_plane.hpp"
+#include "detect/labels/labels.hpp"
 
 struct apriltag_detector;
 

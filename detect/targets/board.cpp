@@ -4,22 +4,16 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
-#include "core/geometry/homography.hpp"
 #include "core/geometry/vectors.hpp"
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 #include "detect/tags/tags.hpp"
 
 namespace drape::detect {
-
 namespace {
 
 using Eigen::Vector2d;
@@ -307,7 +301,6 @@ void orient(const GreyImage& image, const Target& target, BoardGrid& grid) {
   if (turned) std::ranges::reverse(grid.px);
 }
 
-using Eigen::Vector2d;
 using Corners = Eigen::Matrix<double, 2, 4>;
 
 constexpr std::size_t kTagsPerMap = 4;

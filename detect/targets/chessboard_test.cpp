@@ -11,8 +11,8 @@
 #include <random>
 #include <tuple>
 
-#include "core/geometry/homography.hpp"
-#include "core/rules.hpp"
+#include "core/geometry/vectors.hpp"
+#include "core/scene.hpp"
 #include "detect/test_pictures.hpp"
 #include "tests/support/trials.hpp"
 

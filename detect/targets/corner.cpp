@@ -11,12 +11,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/geometry/homography.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
 #include "detect/targets/board.hpp"
 
 namespace drape::detect {
-
 namespace {
 
 using Eigen::Matrix2d;

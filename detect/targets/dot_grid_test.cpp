@@ -13,11 +13,9 @@
 #include <random>
 #include <set>
 
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
-#include "core/geometry/homography.hpp"
+#include "core/geometry/vectors.hpp"
 #include "detect/detect.hpp"
-#include "detect/frame.hpp"
 #include "detect/test_pictures.hpp"
 #include "tests/support/drawing.hpp"
 #include "tests/support/paths.hpp"

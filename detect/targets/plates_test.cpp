@@ -13,10 +13,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/files/files.hpp"
-#include "core/geometry/homography.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/prints/face.hpp"
 #include "detect/detect.hpp"
-#include "detect/frame.hpp"
 #include "detect/test_pictures.hpp"
 #include "tests/support/paths.hpp"
 

@@ -8,7 +8,6 @@
 #include <map>
 #include <utility>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/surface.hpp"
 #include "simulate/fabric/fabric.hpp"

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/certificate.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/laws.hpp"
 #include "simulate/objects/cloth_files.hpp"

@@ -2,7 +2,7 @@
 // Compares drapes with converged rests of another discretisation: tests/data/converged-drapes.
 #include <gtest/gtest.h>
 
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/drape/drape.hpp"
 #include "simulate/fabric/fabric.hpp"

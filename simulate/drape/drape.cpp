@@ -9,7 +9,6 @@
 #include <numeric>
 #include <utility>
 
-#include "core/error.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/layer_pair.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/statistics/random.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "simulate/drape/drape.hpp"
 #include "simulate/drape/smooth_surface.hpp"

@@ -19,8 +19,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"

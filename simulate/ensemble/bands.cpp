@@ -10,7 +10,6 @@
 #include <functional>
 
 #include "core/parallel.hpp"
-#include "core/statistics/random.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "simulate/start/history.hpp"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/scene_values.hpp"
+#include "core/scene.hpp"
 #include "simulate/ensemble/branches.hpp"
 
 namespace drape::simulate {

@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "core/parallel.hpp"
-#include "core/statistics/distributions.hpp"
 #include "core/statistics/sample.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/ensemble/bands.hpp"

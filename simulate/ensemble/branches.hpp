@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/branch_list.hpp"
+#include "core/simulation_files.hpp"
 #include "simulate/drape/drape.hpp"
 #include "simulate/simulate.hpp"
 

@@ -7,11 +7,9 @@
 #include <cmath>
 #include <tuple>
 
-#include "core/drawing/chart.hpp"
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
+#include "core/drawing/svg.hpp"
 #include "core/files/files.hpp"
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/laws.hpp"
 

@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/certificate.hpp"
-#include "core/error.hpp"
 #include "core/fields/fields.hpp"
 #include "core/fields/records.hpp"
+#include "core/simulation_files.hpp"
 #include "simulate/fabric/laws.hpp"
 
 namespace drape::simulate {

@@ -8,15 +8,13 @@
 #include <cmath>
 #include <tuple>
 
-#include "core/fields/document.hpp"
-#include "core/files/csv.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/laws.hpp"
 
 namespace drape::simulate {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/certificate.hpp"
+#include "core/simulation_files.hpp"
 
 namespace drape::simulate {
 

@@ -9,7 +9,6 @@
 #include <numbers>
 #include <optional>
 
-#include "core/error.hpp"
 #include "simulate/mesh/mesh_cloth.hpp"
 
 namespace drape::simulate {

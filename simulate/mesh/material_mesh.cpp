@@ -10,11 +10,10 @@
 
 #include "core/error.hpp"
 #include "core/geometry/vectors.hpp"
-#include "core/statistics/random.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
-
 namespace {
 
 using Eigen::Vector2d;

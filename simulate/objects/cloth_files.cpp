@@ -10,10 +10,8 @@
 #include <limits>
 #include <variant>
 
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
+#include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
-#include "core/files/mesh_file.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/laws.hpp"
 

@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/closed_mesh.hpp"
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 #include "simulate/objects/surroundings.hpp"
 #include "tests/support/paths.hpp"
 

@@ -7,8 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/layer_pair.hpp"
 #include "simulate/paper/paper_motion.hpp"

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "core/certificate.hpp"
 #include "core/fields/fields.hpp"
 #include "core/rig.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 #include "simulate/fabric/laws.hpp"
 #include "simulate/start/start.hpp"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "core/certificate.hpp"
+#include "core/simulation_files.hpp"
 #include "simulate/contact/layer_pair.hpp"
 #include "simulate/fabric/laws.hpp"
 #include "simulate/objects/surroundings.hpp"

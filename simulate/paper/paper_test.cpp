@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/test_laws.hpp"

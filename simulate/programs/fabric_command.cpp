@@ -7,15 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "core/cusick.hpp"
-#include "core/error.hpp"
 #include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
-#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
+#include "core/simulation_files.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/fabric/fabric.hpp"
@@ -36,7 +34,6 @@ inline constexpr std::string_view drape::names_of<drape::simulate::SheetFormat>[
                                                                                      "u3m"};
 
 namespace drape::simulate {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -11,19 +11,16 @@
 #include <utility>
 #include <vector>
 
-#include "core/branch_list.hpp"
-#include "core/error.hpp"
 #include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
-#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
-#include "core/program/shell_word.hpp"
+#include "core/program/words.hpp"
 #include "core/rig.hpp"
-#include "core/rules.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/drape/outline.hpp"

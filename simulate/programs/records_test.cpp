@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <utility>
 
-#include "core/branch_list.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 #include "simulate/objects/cloth_files.hpp"
 #include "tests/support/paths.hpp"
 

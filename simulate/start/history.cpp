@@ -7,7 +7,6 @@
 #include <regex>
 #include <sstream>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {

@@ -13,8 +13,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/statistics/random.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {

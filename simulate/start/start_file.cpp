@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "core/drape_mesh.hpp"
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 

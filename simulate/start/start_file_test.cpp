@@ -7,7 +7,6 @@
 
 #include <cstdio>
 
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/drape/drape.hpp"

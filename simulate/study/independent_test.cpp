@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"

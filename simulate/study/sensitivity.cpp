@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "core/error.hpp"
-#include "core/scene_values.hpp"
+#include "core/scene.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/sensitivity.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/simulate.hpp"
 

@@ -11,11 +11,9 @@
 #include <mutex>
 #include <tuple>
 
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
-#include "core/rules.hpp"
+#include "core/scene.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/cloth_files.hpp"
 #include "simulate/start/start.hpp"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 #include "simulate/validation/test_exact.hpp"
 #include "tests/support/paths.hpp"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "simulate/simulate.hpp"

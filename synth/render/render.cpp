@@ -2,17 +2,11 @@
 #include "synth/render/render.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "core/geometry/vectors.hpp"
 #include "core/parallel.hpp"
-#include "synth/random.hpp"
 
 namespace drape::synth {
-
 namespace {
 
 constexpr double bucket_m = 2e-3;
@@ -47,12 +41,6 @@ double polygon_disc_area(const FaceCell& cell, const FacePoint& centre, double r
   return area;
 }
 
-double signed_area(const FacePoint* points, int count) {
-  double twice = 0;
-  for (int i = 0; i < count; ++i) twice += cross(points[i], points[(i + 1) % count]);
-  return twice / 2;
-}
-
 /// Clipped cell: after clipping by the four edges of a rectangle it has at most eight corners.
 struct Cut {
   std::array<FacePoint, 12> points;
@@ -82,7 +70,7 @@ double cell_box_area(const FaceCell& cell, const FaceBox& box) {
     polygon = cut(polygon, axis, box.least[axis], 1);
     polygon = cut(polygon, axis, box.most[axis], -1);
   }
-  return signed_area(polygon.points.data(), polygon.count);
+  return signed_area({polygon.points.data(), static_cast<std::size_t>(polygon.count)});
 }
 
 struct Bounds {
@@ -234,7 +222,7 @@ bool FacePattern::has_edge_in(const FaceCell& cell) const {
 }
 
 double FacePattern::coverage(const FaceCell& cell) const {
-  const double area = signed_area(cell.data(), 4);
+  const double area = signed_area(cell);
   if (area == 0) return is_printed(cell[0]) ? 1 : 0;
   const Bounds bounds(cell);
   std::vector<int> discs, boxes;
@@ -267,9 +255,6 @@ bool FacePattern::is_printed(const FacePoint& point) const {
   });
   return ink > 0.5;
 }
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 std::vector<Triangle> triangles_of(const GridSurface& surface) {
   std::vector<Vector3d> normals;

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 #include "core/units.hpp"
 #include "synth/synth.hpp"
 #include "synth/test_cameras.hpp"

@@ -8,12 +8,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
 #include "synth/render/render.hpp"
 
 namespace drape::synth {
-
 namespace {
 
 using Eigen::Vector2d;
@@ -106,7 +104,6 @@ Vector3d interpolated(const GridSurface& s, const FacePoint& face) {
   return result;
 }
 
-using Eigen::Vector3d;
 using units::mm;
 
 constexpr double object_reflectance = 0.5;

@@ -11,7 +11,7 @@
 
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "synth/random.hpp"
+#include "synth/render/render.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape::test {

@@ -10,11 +10,10 @@
 
 #include "core/units.hpp"
 #include "detect/detect.hpp"
-#include "detect/frame.hpp"
 #include "detect/image/image.hpp"
-#include "detect/labels/print_plane.hpp"
+#include "detect/labels/labels.hpp"
 #include "detect/tags/tags.hpp"
-#include "synth/random.hpp"
+#include "synth/render/render.hpp"
 #include "synth/synth.hpp"
 #include "synth/test_cameras.hpp"
 #include "tests/support/paths.hpp"

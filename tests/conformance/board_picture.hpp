@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/camera_model.hpp"
-#include "core/pose.hpp"
+#include "core/geometry/rigid_motion.hpp"
 #include "core/rig.hpp"
 #include "detect/prints/layout.hpp"
 

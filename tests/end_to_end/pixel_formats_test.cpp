@@ -10,8 +10,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "capture/live/pictures.hpp"
-#include "capture/pixel/pixel_format.hpp"
+#include "capture/device/camera.hpp"
+#include "capture/live/live_capture.hpp"
 #include "capture/recording/test_record.hpp"
 #include "core/detections.hpp"
 #include "core/files/files.hpp"

@@ -18,9 +18,8 @@
 
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/levels.hpp"
-#include "core/sensitivity.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"

@@ -9,8 +9,8 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/prints/tag_family.hpp"
-#include "core/rules.hpp"
+#include "core/prints/face.hpp"
+#include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "tests/faults/operator_mistakes.hpp"
 #include "tests/support/paths.hpp"

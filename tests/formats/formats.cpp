@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/formats/formats.hpp"
 
-#include "core/branch_list.hpp"
 #include "core/files/files.hpp"
 #include "core/recording.hpp"
 #include "core/run_report.hpp"
 #include "core/scene.hpp"
+#include "core/simulation_files.hpp"
 #include "synth/synth.hpp"
 #include "tests/fuzz/kinds.hpp"
 #include "tests/support/paths.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Formats owned by one stage.
-#include "capture/live/cameras_file.hpp"
+#include "capture/live/live_capture.hpp"
 #include "capture/recording/record.hpp"
 #include "compare/crate/crate.hpp"
 #include "compare/hems/hem_files.hpp"

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/calibration.hpp"
-#include "core/certificate.hpp"
 #include "core/detections.hpp"
-#include "core/files/csv.hpp"
+#include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
-#include "core/files/mesh_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 #include "tests/fuzz/kinds.hpp"
 #include "tests/support/paths.hpp"
 

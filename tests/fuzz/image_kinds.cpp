@@ -2,9 +2,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "capture/image_check.hpp"
-#include "capture/live/cameras_file.hpp"
-#include "capture/recording/journal.hpp"
+#include "capture/capture.hpp"
+#include "capture/live/live_capture.hpp"
+#include "capture/recording/record.hpp"
 #include "console/pictures.hpp"
 #include "console/session.hpp"
 #include "core/error.hpp"

@@ -7,12 +7,9 @@
 #include <vector>
 
 #include "core/calibration.hpp"
-#include "core/certificate.hpp"
-#include "core/cusick.hpp"
 #include "core/detections.hpp"
-#include "core/levels.hpp"
-#include "core/sensitivity.hpp"
 #include "core/sheet.hpp"
+#include "core/simulation_files.hpp"
 
 namespace drape::test {
 

@@ -15,8 +15,8 @@
 
 #include "compare/tables/match.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/files/csv.hpp"
-#include "core/statistics/distributions.hpp"
+#include "core/files/files.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "simulate/ensemble/bands.hpp"
 #include "simulate/study/sensitivity.hpp"

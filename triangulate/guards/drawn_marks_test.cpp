@@ -9,9 +9,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
 #include "core/geometry/body.hpp"
-#include "core/statistics/random.hpp"
+#include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"

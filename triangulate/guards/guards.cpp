@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/files/csv.hpp"
-#include "core/rules.hpp"
+#include "core/files/files.hpp"
+#include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
 #include "triangulate/guards/held.hpp"
 
@@ -164,8 +164,7 @@ double most_strain_of(const Scene& scene, const Eigen::Vector2d& patch_m) {
   double strain = 0;
   int side = 0;
   for (const char* key : {"warp", "weft"}) {
-    const Value* name = tensile == nullptr ? nullptr : tensile->find(key);
-    const auto* curve = name == nullptr ? nullptr : name->get_if<std::string>();
+    const auto* curve = tensile == nullptr ? nullptr : tensile->find_as<std::string>(key);
     if (curve == nullptr) return kStandInFactor * 1e-3;
     const double slope = first_slope(fabric.beside(*curve));
     const double weight = density->number() * units::g_per_m2 * kGravity_m_per_s2;

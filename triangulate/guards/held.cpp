@@ -12,7 +12,7 @@
 #include <numeric>
 
 #include "core/geometry/body.hpp"
-#include "core/statistics/distributions.hpp"
+#include "core/statistics/sample.hpp"
 #include "triangulate/guards/objects.hpp"
 
 namespace drape::triangulate {

@@ -11,9 +11,8 @@
 #include "core/geometry/body.hpp"
 #include "core/geometry/closed_mesh.hpp"
 #include "core/parallel.hpp"
-#include "core/scene_values.hpp"
-#include "core/statistics/distributions.hpp"
-#include "core/statistics/random.hpp"
+#include "core/scene.hpp"
+#include "core/statistics/sample.hpp"
 #include "triangulate/guards/guards.hpp"
 
 namespace drape::triangulate {

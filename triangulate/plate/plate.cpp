@@ -9,8 +9,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/camera_derivatives.hpp"
-#include "core/dot_image.hpp"
+#include "core/camera_model.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/geometry/vectors.hpp"

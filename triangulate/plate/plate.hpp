@@ -10,7 +10,7 @@
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/fields/records.hpp"
-#include "core/pose.hpp"
+#include "core/geometry/rigid_motion.hpp"
 #include "core/scene.hpp"
 #include "triangulate/point.hpp"
 

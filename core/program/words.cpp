@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/program/similar.hpp"
+#include "core/program/words.hpp"
 
 #include <algorithm>
 

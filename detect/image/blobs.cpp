@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detect/dots/blobs.hpp"
+#include "detect/image/image.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <array>
@@ -11,7 +11,6 @@
 #include <utility>
 
 namespace drape::detect {
-
 namespace {
 
 /// Position of the first marked pixel at or after x.
