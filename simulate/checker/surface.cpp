@@ -186,12 +186,11 @@ Point middle_of(const Objects& objects, std::size_t k) {
 
 /// True if the object fills the vertical line from its middle to the table on which it stands.
 bool stands(const Objects& objects, std::size_t k, const Point& middle) {
-  constexpr Real kStands_m = 0.5e-3L;  // largest gap below it: thinner than cloth
   constexpr int kPlaces = 16;
   const Real table = objects.scene->table_z_m;
   for (int i = 0; i <= kPlaces; ++i) {
     const Real z = middle[2] + (table - middle[2]) * i / kPlaces;
-    if (gap_of(objects, k, {middle[0], middle[1], z}) > kStands_m) return false;
+    if (gap_of(objects, k, {middle[0], middle[1], z}) > kClosed_m) return false;
   }
   return middle[2] > table;
 }
@@ -288,8 +287,14 @@ Objects::Objects(const Scene& objects_of) : scene(&objects_of) {
 }
 
 Real gap_of(const Objects& objects, std::size_t k, const Point& p) {
-  if (k == objects.count()) return p[2] - Real(objects.scene->table_z_m);
-  return std::visit(Gap{objects, k, p}, objects.scene->obstacles[k]);
+  const Real over_table = p[2] - Real(objects.scene->table_z_m);
+  if (k == objects.count()) return over_table;
+  const Obstacle& object = objects.scene->obstacles[k];
+  const Real gap = std::visit(Gap{objects, k, p}, object);
+  if (over_table >= kClosed_m || std::holds_alternative<Plane>(object)) return gap;
+  // A gap thinner than cloth is closed: the cross-section above it reaches to the table.
+  const Point above = {p[0], p[1], Real(objects.scene->table_z_m) + Real(kClosed_m)};
+  return std::min(gap, std::visit(Gap{objects, k, above}, object));
 }
 
 Point normal_of(const Objects& objects, std::size_t k, const Point& p) {

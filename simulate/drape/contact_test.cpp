@@ -2,8 +2,10 @@
 // Forces of objects on a cloth.
 #include <gmock/gmock.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <variant>
 
 #include "core/units.hpp"
@@ -69,6 +71,25 @@ TEST(ClothSurface, IsExactForQuadraticsAndKeepsForces) {
   EXPECT_LT((sum - Vector3d(0.1, -0.2, 0.3)).norm(), 1e-12);
 }
 
+void expect_gradient(ObjectPushes& pushes, const MeshCloth::State& state) {
+  MeshCloth::State force(state.size(), Vector3d::Zero());
+  pushes.add_forces(state, force);
+  double largest = 0;
+  for (const Vector3d& f : force) largest = std::max(largest, f.norm());
+  ASSERT_GT(largest, 0);
+  constexpr double kStep = 1e-9;
+  for (std::size_t i = 0; i < state.size(); i += 3)
+    for (int axis = 0; axis < 3; ++axis) {
+      MeshCloth::State to = state;
+      to[i][axis] += kStep;
+      const double after = pushes.energy_j(to);
+      to[i][axis] -= 2 * kStep;
+      const double before = pushes.energy_j(to);
+      // Rounding of energies of a microjoule over the step, and curvature of the law within a step.
+      ASSERT_NEAR((before - after) / (2 * kStep), force[i][axis], 1e-3 * largest) << i;
+    }
+}
+
 /// Forces are the gradient of the energy, also with friction between two updates.
 TEST(ObjectPushes, ForcesAreTheGradientOfTheirEnergy) {
   const MeshCloth cloth = small_cloth();
@@ -88,25 +109,75 @@ TEST(ObjectPushes, ForcesAreTheGradientOfTheirEnergy) {
   pushes.settle(cloth.state_of(bent(0.1 * mm)));
   MeshCloth::State state = cloth.state_of(bent(0.12 * mm));
   for (int i = 0; i < cloth.points(); ++i) state[i] += 1e-5 * Vector3d(std::sin(i), std::cos(i), 0);
-  MeshCloth::State force(state.size(), Vector3d::Zero());
-  pushes.add_forces(state, force);
-  double largest = 0;
-  for (const Vector3d& f : force) largest = std::max(largest, f.norm());
-  ASSERT_GT(largest, 0);
   const std::vector<ContactForce> stated = pushes.stated(state);
   EXPECT_TRUE(std::any_of(stated.begin(), stated.end(),
                           [](const ContactForce& of) { return of.weight[0] < 1; }));
-  constexpr double kStep = 1e-9;
-  for (std::size_t i = 0; i < state.size(); i += 3)
-    for (int axis = 0; axis < 3; ++axis) {
-      MeshCloth::State to = state;
-      to[i][axis] += kStep;
-      const double after = pushes.energy_j(to);
-      to[i][axis] -= 2 * kStep;
-      const double before = pushes.energy_j(to);
-      // Rounding of energies of a microjoule over the step, and curvature of the law within a step.
-      ASSERT_NEAR((before - after) / (2 * kStep), force[i][axis], 1e-3 * largest) << i;
-    }
+  expect_gradient(pushes, state);
+}
+
+/// A cylinder of 20 mm radius that lies on the table across gravity's slope.
+Scene slope() {
+  Scene scene;
+  scene.file = "scene.toml";
+  scene.name = "slope";
+  scene.table_z_m = 0;
+  Cylinder log;
+  log.radius_m = 20 * mm;
+  log.height_m = 300 * mm;
+  log.world_from_cylinder.rotation =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitX()).toRotationMatrix();
+  log.world_from_cylinder.translation_m.z() = log.radius_m;
+  scene.obstacles = {log};
+  scene.gravity_m_per_s2 = 9.81 * Vector3d(std::sin(0.2), 0, -std::cos(0.2));
+  scene.start.mode = StartMode::flat;
+  scene.start.centre_in_world = Vector3d(-40 * mm, 0, 0.5 * mm);
+  return scene;
+}
+
+/// Half the width of the gap below the cylinder that is closed.
+double closed_half_m() {
+  const double over = 20 * mm - kClosed_m;
+  return std::sqrt(20 * mm * 20 * mm - over * over);
+}
+
+TEST(ObjectPushes, ForcesInAClosedGapAreTheGradientOfTheirEnergy) {
+  const MeshCloth cloth = small_cloth();
+  const std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);
+  const Surroundings around(slope(), kClosed_m);
+  ObjectPushes pushes(cloth, held, around, 0.3, 9.81);
+  const auto flat = [](double entered) {
+    return [entered](const Vector2d& p) {
+      return MeshCloth::Jet{{p.x() - 60 * mm - closed_half_m() + entered, p.y() - 30 * mm, 1e-5},
+                            {1, 0, 0},
+                            {0, 1, 0}};
+    };
+  };
+  pushes.settle(cloth.state_of(flat(0.1 * mm)));
+  MeshCloth::State state = cloth.state_of(flat(0.12 * mm));
+  for (int i = 0; i < cloth.points(); ++i) state[i] += 1e-6 * Vector3d(std::sin(i), std::cos(i), 0);
+  expect_gradient(pushes, state);
+}
+
+// Cloth slides down a tilted table to a log and does not slip between the two.
+TEST(ObjectPushes, AClosedGapHoldsTheClothsWeight) {
+  const Scene scene = slope();
+  const DrapeCase drape = drape_case(scene, square_patch(60 * mm), std::nullopt, cotton());
+  DrapeOptions options;
+  options.spacing_m = options.coarsest_m;
+  const Drape found = drape_cloth(drape, options);
+  ASSERT_TRUE(found.at_rest()) << found.levels.back().rest.why;
+  const MeshJudgement judged =
+      judge_drape(*found.level, found.rest, scene, options.descent.residual);
+  EXPECT_THAT(judged.refusals, IsEmpty());
+  double farthest_m = -1;
+  for (const Vector3d& node : found.level->surface(found.rest))
+    farthest_m = std::max(farthest_m, drape.local.to_world(node).x());
+  EXPECT_NEAR(farthest_m, -closed_half_m(), 0.05 * mm);  // depth of a contact point
+  double pushed_n = 0;
+  for (const ContactForce& force : found.level->contact_forces(found.rest))
+    if (force.shape == 0) pushed_n -= force.force_in_world.x();
+  const double weight_n = 0.15 * 60 * mm * 60 * mm * 9.81;
+  EXPECT_NEAR(pushed_n, weight_n * std::sin(0.2), 0.01 * weight_n * std::sin(0.2));
 }
 
 /// Products with the second derivative equal differences of forces, both for sticking and for

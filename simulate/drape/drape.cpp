@@ -220,7 +220,7 @@ DrapeCase drape_case(const Scene& world, const Print& print, const std::optional
   const Scene& scene = drape.local.scene;
   drape.outline =
       outline ? std::move(*outline) : ClothOutline{{{0, 0}, {p.x(), 0}, p, {0, p.y()}}, {}, {}};
-  drape.around = std::make_shared<Surroundings>(scene);
+  drape.around = std::make_shared<Surroundings>(scene, kClosed_m);
   refuse_pins_beside(scene, print, drape.outline);
   drape.pins_at = pin_places(scene, print, drape.local.measured);
   drape.lines = held_lines(scene, print, drape.outline);

@@ -337,6 +337,8 @@ void ObjectPushes::look(const State& state) {
       site.gap_m = nearest.gap_m;
       site.normal = nearest.normal;
       energy_j_ += site.area_m2 * press(site, stiffness, stiffening);
+      site.pressure_pa *= nearest.slope;
+      site.n_per_m3 *= nearest.slope * nearest.slope;
       force = site.area_m2 * site.pressure_pa * site.normal;
     }
     if (!site.acts()) continue;

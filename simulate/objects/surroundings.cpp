@@ -178,11 +178,12 @@ double top_of(const Table& table) {
 
 }  // namespace
 
-Surroundings::Surroundings(const Scene& scene) {
+Surroundings::Surroundings(const Scene& scene, double closed_m) {
   for (const Obstacle& obstacle : scene.obstacles) {
     std::visit([this](const auto& shape) { add(shape); }, obstacle);
   }
   add(Table{scene.table_z_m});
+  if (closed_m > 0) closed_z_m_ = scene.table_z_m + closed_m;
 }
 
 void Surroundings::add(const MeshObject& object) {
@@ -197,16 +198,37 @@ bool Surroundings::is_sharp(int shape) const {
          (cylinder != nullptr && cylinder->edge_radius_m < kRound_m);
 }
 
+Vector3d Surroundings::within_closed(int shape, const Vector3d& p) const {
+  if (p.z() >= closed_z_m_ || is_flat(shape)) return p;
+  const Vector3d above(p.x(), p.y(), closed_z_m_);
+  return std::visit([&](const auto& s) { return gap_of(s, above) < gap_of(s, p); }, shapes_[shape])
+             ? above
+             : p;
+}
+
 double Surroundings::gap_m(int shape, const Vector3d& p) const {
-  return std::visit([&p](const auto& s) { return gap_of(s, p); }, shapes_[shape]);
+  const Vector3d at = within_closed(shape, p);
+  return std::visit([&at](const auto& s) { return gap_of(s, at); }, shapes_[shape]);
 }
 
 Surroundings::Nearest Surroundings::nearest(int shape, const Vector3d& p) const {
-  return std::visit([&p](const auto& s) { return nearest_of(s, p); }, shapes_[shape]);
+  const Vector3d at = within_closed(shape, p);
+  Nearest found = std::visit([&at](const auto& s) { return nearest_of(s, at); }, shapes_[shape]);
+  if (at == p || found.normal.z() == 0) return found;
+  found.face = -1;
+  found.normal.z() = 0;
+  found.slope = found.normal.norm();
+  found.normal = found.slope > 0 ? Vector3d(found.normal / found.slope) : Vector3d::UnitX();
+  return found;
 }
 
 Matrix3d Surroundings::curvature(int shape, const Vector3d& p) const {
-  return std::visit([&p](const auto& s) { return curvature_of(s, p); }, shapes_[shape]);
+  const Vector3d at = within_closed(shape, p);
+  Matrix3d found = std::visit([&at](const auto& s) { return curvature_of(s, at); }, shapes_[shape]);
+  if (at == p) return found;
+  found.row(2).setZero();
+  found.col(2).setZero();
+  return found / nearest(shape, p).slope;
 }
 
 std::optional<double> Surroundings::first_entry(int shape, const Vector3d& from, const Vector3d& to,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -23,12 +24,19 @@ struct PlacedMesh {
   WorldFromObject world_from_mesh;
 };
 
+/// Gaps between an object and the table that are thinner than this are closed to cloth.
+constexpr double kClosed_m = 0.5e-3;
+
 /// All rigid bodies around the cloth. Signed distances are exact outside and near the surface. All
 /// shapes but meshes are convex, so the distance along a straight line has a single minimum.
+///
+/// Cloth without thickness would slip under a ball that stands on a table, which touches it at a
+/// point only. Where gaps are closed, an object therefore reaches down to and below the table with
+/// the cross-section that it has `closed_m` above it, if it is wider there.
 class Surroundings {
  public:
   Surroundings() = default;
-  explicit Surroundings(const Scene& scene);
+  explicit Surroundings(const Scene& scene, double closed_m = 0);
 
   template <class Shape>
   void add(const Shape& shape) {
@@ -59,9 +67,11 @@ class Surroundings {
     /// Index of the flat face nearest to the point; -1 for none, as at edges and on round bodies.
     /// Between points of one face the gap is linear.
     int face = -1;
+    double slope = 1;  ///< size of the gap's gradient; below 1 in a closed gap, along the table
   };
   [[nodiscard]] Nearest nearest(int shape, const Eigen::Vector3d& point_in_world) const;
-  /// Second derivative of the gap (1/m); zero for radii below 2 um and for meshes.
+  /// Second derivative of the gap, relative to its slope (1/m); zero for radii below 2 um and for
+  /// meshes.
   [[nodiscard]] Eigen::Matrix3d curvature(int shape, const Eigen::Vector3d& point_in_world) const;
   [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const {
     return nearest(shape, point_in_world).normal;
@@ -77,7 +87,11 @@ class Surroundings {
   [[nodiscard]] double top_z_m() const;
 
  private:
+  /// Returns the point whose distance from a shape decides: in a closed gap the one above `p`.
+  [[nodiscard]] Eigen::Vector3d within_closed(int shape, const Eigen::Vector3d& p) const;
+
   std::vector<std::variant<Sphere, Box, Table, Cylinder, Plane, PlacedMesh>> shapes_;
+  double closed_z_m_ = -std::numeric_limits<double>::infinity();  ///< below it gaps are closed
 };
 
 }  // namespace drape::simulate

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <utility>
+#include <variant>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -168,6 +171,54 @@ TEST(Surroundings, NormalAndCurvatureAreTheDerivativesOfTheGap) {
     }
   EXPECT_GT(on_faces, 300);
   EXPECT_GT(looked_at - on_faces, 300);
+}
+
+// Below half a millimetre above the table an object is as wide as there; slope, normal and
+// curvature are derivatives of its gap.
+TEST(Surroundings, ClosesThinGapsOnTheTable) {
+  Scene scene;
+  scene.table_z_m = 0.1;
+  scene.obstacles = {drape::Sphere{{0, 0, 0.13}, 0.03}, drape::Cylinder{{}, 0.02, 0.03, 0.002},
+                     Box{{}, {0.03, 0.02, 0.04}, 0.005}, Box{{}, {0.03, 0.02, 0.04}, 0},
+                     drape::Sphere{{0, 0, 0.1306}, 0.03}};
+  auto& lies = std::get<drape::Cylinder>(scene.obstacles[1]).world_from_cylinder;
+  lies.rotation = Eigen::AngleAxisd(1.57079632679489662, Vector3d::UnitX()).toRotationMatrix();
+  lies.translation_m.z() = 0.12;
+  for (const int box : {2, 3})
+    std::get<Box>(scene.obstacles[box]).world_from_box.translation_m.z() = 0.12;
+  const Surroundings open(scene), closed(scene, kClosed_m);
+  constexpr double kStep = 1e-7;
+  for (int shape = 0; shape < 5; ++shape) {
+    int entered = 0;
+    for (int k = 0; k < 400; ++k) {
+      const Vector3d p(0.02 * std::sin(1.1 * k), 0.02 * std::sin(2.3 * k + 1),
+                       0.1001 + 0.0003 * std::sin(0.7 * k + 2));
+      const Vector3d above(p.x(), p.y(), 0.1 + kClosed_m);
+      EXPECT_EQ(closed.gap_m(shape, p), std::min(open.gap_m(shape, p), open.gap_m(shape, above)));
+      const Vector3d higher = p + Vector3d(0, 0, 0.0008);
+      EXPECT_EQ(closed.gap_m(shape, higher), open.gap_m(shape, higher));
+      if (closed.gap_m(shape, p) < 0 && open.gap_m(shape, p) > 0) ++entered;
+      const Surroundings::Nearest here = closed.nearest(shape, p);
+      EXPECT_EQ(here.gap_m, closed.gap_m(shape, p));
+      if (here.slope < 0.05) continue;  // about its axis
+      const Eigen::Matrix3d curvature = closed.curvature(shape, p);
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vector3d step = kStep * Vector3d::Unit(axis);
+        const Surroundings::Nearest before = closed.nearest(shape, p - step),
+                                    after = closed.nearest(shape, p + step);
+        // Kinks, where another face or edge is nearest.
+        if ((after.normal - before.normal).norm() > 1e-3) continue;
+        EXPECT_NEAR((after.gap_m - before.gap_m) / (2 * kStep), here.slope * here.normal[axis],
+                    1e-5);
+        const Vector3d turn = after.slope * after.normal - before.slope * before.normal;
+        if (here.gap_m > 0) {
+          EXPECT_LT((turn / (2 * kStep) - here.slope * curvature.col(axis)).norm(), 2e-2)
+              << shape << " " << k;
+        }
+      }
+    }
+    EXPECT_EQ(entered > 0, shape < 4) << shape;
+  }
 }
 
 }  // namespace

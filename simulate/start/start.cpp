@@ -535,6 +535,7 @@ std::vector<Vector3d> pin_places(const Scene& scene, const Print& print,
 
 double push_out(std::vector<Vector3d>& places, const Surroundings& surroundings) {
   constexpr int kRounds = 20;  // between two objects, each pushes into the other
+  constexpr double kLeastSlope = 0.1;
   double farthest_m = 0;
   for (Vector3d& place : places) {
     const Vector3d from = place;
@@ -542,9 +543,9 @@ double push_out(std::vector<Vector3d>& places, const Surroundings& surroundings)
     for (int round = 0; inside && round < kRounds; ++round) {
       inside = false;
       for (int shape = 0; shape < surroundings.count(); ++shape) {
-        const double gap_m = surroundings.gap_m(shape, place);
-        if (gap_m >= 0) continue;
-        place -= gap_m * surroundings.normal(shape, place);
+        const Surroundings::Nearest nearest = surroundings.nearest(shape, place);
+        if (nearest.gap_m >= 0) continue;
+        place -= nearest.gap_m / std::max(nearest.slope, kLeastSlope) * nearest.normal;
         inside = true;
       }
     }

@@ -220,7 +220,7 @@ class Base {
                  [i](DrapeCase& drape, MeshCloth::State&, const Vector3d& by_m) {
                    Obstacle& object = drape.local.scene.obstacles[i];
                    object = drape::moved(object, by_m);
-                   drape.around = std::make_shared<Surroundings>(drape.local.scene);
+                   drape.around = std::make_shared<Surroundings>(drape.local.scene, kClosed_m);
                  });
       if (std::holds_alternative<Plane>(scene.obstacles[i]) ||
           std::holds_alternative<MeshObject>(scene.obstacles[i]))
@@ -229,7 +229,7 @@ class Base {
                      [i](DrapeCase& drape, DrapeLevel&, MeshCloth::State&, double by_m) {
                        Obstacle& object = drape.local.scene.obstacles[i];
                        object = grown(object, by_m);
-                       drape.around = std::make_shared<Surroundings>(drape.local.scene);
+                       drape.around = std::make_shared<Surroundings>(drape.local.scene, kClosed_m);
                      }});
     }
     if (scene.friction > 0) all.push_back(friction_change());
