@@ -101,11 +101,81 @@ LatticePiece quarter_turn(const LatticePiece& piece) {
   return turned;
 }
 
-class PieceGrower {
+/// Gives dots their marks, or their positions in a piece, by steps from dot to dot.
+class Grower {
+ public:
+  virtual ~Grower() = default;
+
+  /// Accepts proposals, best first, until none is left; then starts again from all placed dots,
+  /// since a rival that has obtained its own position no longer makes a step ambiguous.
+  void grow() {
+    std::size_t before = 0;
+    do {
+      before = placed_.size();
+      drain();
+      for (const auto& [mark, dot] : LatticePiece(placed_)) lead_on(mark);
+      drain();
+    } while (placed_.size() > before);
+  }
+
+ protected:
+  Grower(PrintPlane plane, const std::vector<UnlabelledDot>& dots, std::vector<char> taken)
+      : plane_(std::move(plane)),
+        dots_(dots),
+        steps_(dots, plane_.dot_radius_m),
+        taken_(std::move(taken)),
+        labels_(dots.size()) {}
+
+  [[nodiscard]] virtual Eigen::Vector2d step_m(MarkId from, MarkId to) const = 0;
+  [[nodiscard]] virtual bool is_credible(const DotProposal& proposal) const = 0;
+  /// True if dots that are placed by a proposal lead to their neighbours.
+  [[nodiscard]] virtual bool leads_on(std::size_t dot) const = 0;
+  [[nodiscard]] virtual bool may_step(MarkId from, MarkId to, const LocalMap& there) const = 0;
+
+  /// Places the dot of the best proposal, if that is credible.
+  std::optional<MarkId> take_next() {
+    const DotProposal next = queue_.top();
+    queue_.pop();
+    if (taken_[next.dot] != 0 || placed_.contains(next.mark) || !is_credible(next))
+      return std::nullopt;
+    labels_[next.dot].mark = next.mark;
+    taken_[next.dot] = 1;
+    placed_[next.mark] = next.dot;
+    maps_[next.mark] = next.map;
+    return next.mark;
+  }
+
+  const PrintPlane plane_;
+  const std::vector<UnlabelledDot>& dots_;
+  DotSteps steps_;
+  std::vector<char> taken_;  ///< dots that have a position or must not get one
+  std::vector<DotLabel> labels_;
+  LatticePiece placed_;
+  std::map<MarkId, LocalMap> maps_;  ///< of the placed dots
+  DotProposals queue_;
+
+ private:
+  void drain() {
+    while (!queue_.empty())
+      if (const auto mark = take_next(); mark && leads_on(placed_.at(*mark))) lead_on(*mark);
+  }
+
+  void lead_on(MarkId from) {
+    for (const MarkId step : neighbours) {
+      const MarkId mark = from + step;
+      if (placed_.contains(mark)) continue;
+      const BestStep best = steps_.best(maps_.at(from), step_m(from, mark), taken_);
+      if (best.is_clear() && may_step(from, mark, best.to))
+        queue_.push({best.error, mark, best.dot, best.to});
+    }
+  }
+};
+
+class PieceGrower : public Grower {
  public:
   PieceGrower(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
               const std::vector<char>& taken)
-      : plane_(grown_plane(plane)), dots_(dots), steps_(dots, plane.dot_radius_m), taken_(taken) {}
+      : Grower(grown_plane(plane), dots, taken) {}
 
   std::vector<LatticePiece> grow_all() {
     std::vector<Start> starts;
@@ -119,7 +189,7 @@ class PieceGrower {
     std::vector<LatticePiece> pieces;
     for (const Start& start : starts) {
       if (taken_[start.dot] != 0) continue;
-      LatticePiece piece = grow(start);
+      LatticePiece piece = grown(start);
       if (piece.size() >= least_piece) pieces.push_back(std::move(piece));
     }
     std::ranges::stable_sort(
@@ -128,8 +198,8 @@ class PieceGrower {
   }
 
  private:
-  [[nodiscard]] Eigen::Vector2d step_m(MarkId step) const {
-    return plane_.pitch_m * Eigen::Vector2d(step.col, step.row);
+  [[nodiscard]] Eigen::Vector2d step_m(MarkId from, MarkId to) const override {
+    return plane_.pitch_m * Eigen::Vector2d(to.col - from.col, to.row - from.row);
   }
 
   /// Map at a dot that finds the most of its four neighbours. The ellipse leaves the rotation open;
@@ -165,7 +235,8 @@ class PieceGrower {
     int left = static_cast<int>(neighbours.size());
     for (const MarkId step : neighbours) {
       if (start.directions + left-- < least_directions) break;
-      const BestStep found = steps_.best({dots_[dot].centre_px, px_per_m}, step_m(step), taken_);
+      const BestStep found =
+          steps_.best({dots_[dot].centre_px, px_per_m}, step_m({}, step), taken_);
       if (!found.is_clear() || found.error > blind_step_error) continue;
       ++start.directions;
       start.error += found.error;
@@ -174,67 +245,33 @@ class PieceGrower {
     return start;
   }
 
-  LatticePiece grow(const Start& start) {
+  LatticePiece grown(const Start& start) {
     maps_.clear();
-    extent_ = {};
-    LatticePiece piece;
+    placed_.clear();
     queue_.push({0, {0, 0}, start.dot, {dots_[start.dot].centre_px, start.px_per_m}});
-    std::size_t before = 0;
-    do {
-      before = piece.size();
-      drain(piece);
-      // A rival dot with its own position no longer makes a step ambiguous.
-      for (const auto& [place, dot] : LatticePiece(piece)) lead_on(place);
-      drain(piece);
-    } while (piece.size() > before);
-    return from_zero(piece);
+    grow();
+    return from_zero(placed_);
   }
 
-  void drain(LatticePiece& piece) {
-    while (!queue_.empty()) {
-      const DotProposal next = queue_.top();
-      queue_.pop();
-      if (taken_[next.dot] != 0 || piece.count(next.mark) != 0) continue;
-      const Extent with = extent_.with(next.mark);
-      if (!piece.empty() && (!agrees(next) || !fits_print(plane_, with))) continue;
-      extent_ = with;
-      piece[next.mark] = next.dot;
-      taken_[next.dot] = 1;
-      maps_[next.mark] = next.map;
-      if (dots_[next.dot].sound) lead_on(next.mark);
-    }
-  }
+  [[nodiscard]] bool leads_on(std::size_t dot) const override { return dots_[dot].sound; }
+  [[nodiscard]] bool may_step(MarkId, MarkId, const LocalMap&) const override { return true; }
 
-  void lead_on(MarkId from) {
-    for (const MarkId step : neighbours) {
-      const MarkId place = from + step;
-      if (maps_.count(place) != 0) continue;
-      const BestStep found = steps_.best(maps_.at(from), step_m(step), taken_);
-      if (found.is_clear()) queue_.push({found.error, place, found.dot, found.to});
-    }
-  }
-
-  /// True if every neighbour in the piece is one step away; a single neighbour must match closely.
-  [[nodiscard]] bool agrees(const DotProposal& proposal) const {
+  /// True if the piece fits on the print with it, and every neighbour in the piece is one step
+  /// away; a single neighbour must match closely.
+  [[nodiscard]] bool is_credible(const DotProposal& proposal) const override {
+    if (placed_.empty()) return true;
     int supporters = 0;
     for (const MarkId step : neighbours) {
       const auto from = maps_.find(proposal.mark - step);
       if (from == maps_.end()) continue;
       const LocalMap to = steps_.map_at(proposal.dot, from->second);
-      if (step_error(from->second, to, step_m(step)) > most_step_error) return false;
+      if (step_error(from->second, to, step_m({}, step)) > most_step_error) return false;
       ++supporters;
     }
     const double support = std::min(1.0, (supporters - 1) / 2.0);
-    return proposal.error <= step_tolerance(support);
+    return proposal.error <= step_tolerance(support) &&
+           fits_print(plane_, extent_of(placed_).with(proposal.mark));
   }
-
-  const PrintPlane plane_;
-  const std::vector<UnlabelledDot>& dots_;
-  DotSteps steps_;
-  std::vector<char> taken_;
-  std::map<MarkId, LocalMap> maps_;
-  Extent extent_;  ///< extent of the growing piece, which starts at (0, 0)
-  DotProposals queue_;
 };
 
 /// Homography from lattice positions (col, row) to pixels; nullopt for collinear dots.
@@ -361,15 +398,11 @@ struct CellVotes {
   int sum = 0;
 };
 
-class Labeller {
+class Labeller : public Grower {
  public:
   Labeller(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots, const DarkMap& map)
-      : plane_(plane),
-        dots_(dots),
+      : Grower(plane, dots, std::vector<char>(dots.size(), 0)),
         map_(map),
-        steps_(dots, plane.dot_radius_m),
-        labels_(dots.size()),
-        taken_(dots.size(), 0),
         certain_(dots.size(), 0) {}
 
   /// Labels dots from tags before any step from dot to dot: on a cloth folded flat onto itself, the
@@ -403,18 +436,6 @@ class Labeller {
     while (!queue_.empty()) (void)take_next();
   }
 
-  /// Accepts proposals, best first, until none is left; then starts again from all labelled dots,
-  /// since a rival that has obtained its own label no longer makes a step ambiguous.
-  void grow() {
-    std::size_t before = 0;
-    do {
-      before = by_mark_.size();
-      drain();
-      for (const auto& [mark, dot] : std::map<MarkId, std::size_t>(by_mark_)) lead_on(mark);
-      drain();
-    } while (by_mark_.size() > before);
-  }
-
   /// Withdraws labels along flat folds: if two adjacent labelled dots are one step from two others
   /// that are not their neighbours, the correct side is unknown, so only dots with two agreeing
   /// tags keep their labels.
@@ -422,8 +443,8 @@ class Labeller {
     while (withdraw_at_rim()) {
     }
     std::map<MarkId, std::vector<MarkId>> seams;
-    for (const auto& [mark, dot] : by_mark_) seams[mark] = contradictions(mark, maps_.at(mark));
-    for (const auto& [mark, dot] : by_mark_) {
+    for (const auto& [mark, dot] : placed_) seams[mark] = contradictions(mark, maps_.at(mark));
+    for (const auto& [mark, dot] : placed_) {
       if (certain_[dot] != 0 || seams.at(mark).empty()) continue;
       if (!runs_along(seams, mark) && !beside_disputed(mark)) continue;
       labels_[dot] = {std::nullopt, "no label: another mark stands where its neighbour must be"};
@@ -437,39 +458,17 @@ class Labeller {
   }
 
  private:
-  void drain() {
-    while (!queue_.empty()) {
-      if (const auto mark = take_next()) lead_on(*mark);
-    }
+  [[nodiscard]] Eigen::Vector2d step_m(MarkId from, MarkId to) const override {
+    return plane_.point_m(to) - plane_.point_m(from);
   }
-
-  std::optional<MarkId> take_next() {
-    const DotProposal next = queue_.top();
-    queue_.pop();
-    if (taken_[next.dot] != 0 || by_mark_.count(next.mark) != 0 || !credible(next)) {
-      return std::nullopt;
-    }
-    labels_[next.dot].mark = next.mark;
-    taken_[next.dot] = 1;
-    by_mark_[next.mark] = next.dot;
-    maps_[next.mark] = next.map;
-    return next.mark;
-  }
-
-  void lead_on(MarkId from) {
-    for (const MarkId step : neighbours) {
-      const MarkId mark = from + step;
-      if (!plane_.contains(mark) || by_mark_.count(mark) != 0) continue;
-      const LocalMap& here = maps_[from];
-      const BestStep best = steps_.best(here, plane_.point_m(mark) - plane_.point_m(from), taken_);
-      if (!best.is_clear() || may_be_seam(from, mark, here, best.to)) continue;
-      queue_.push({best.error, mark, best.dot, best.to});
-    }
+  [[nodiscard]] bool leads_on(std::size_t) const override { return true; }
+  [[nodiscard]] bool may_step(MarkId from, MarkId to, const LocalMap& there) const override {
+    return plane_.contains(to) && !may_be_seam(from, to, maps_.at(from), there);
   }
 
   /// True if the step error is tolerable; tolerance grows with the support of the label by the
   /// cells around the dot and by other labelled neighbours.
-  bool credible(const DotProposal& proposal) const {
+  [[nodiscard]] bool is_credible(const DotProposal& proposal) const override {
     const auto& light = dots_[proposal.dot].light_centre;
     if (plane_.classes && light && *light != plane_.classes->is_light(proposal.mark)) return false;
     const CellVotes votes = cell_votes(proposal);
@@ -487,9 +486,9 @@ class Labeller {
       const auto from = maps_.find(proposal.mark + step);
       if (from == maps_.end()) continue;
       const LocalMap to = steps_.map_at(proposal.dot, from->second);
-      const Eigen::Vector2d step_m = plane_.point_m(proposal.mark) - plane_.point_m(from->first);
-      supporters += step_error(from->second, to, step_m) <= most_step_error &&
-                    !may_be_seam(from->first, proposal.mark, from->second, to);
+      supporters +=
+          step_error(from->second, to, step_m(from->first, proposal.mark)) <= most_step_error &&
+          !may_be_seam(from->first, proposal.mark, from->second, to);
     }
     return std::max(0, supporters - 1);
   }
@@ -504,8 +503,7 @@ class Labeller {
       for (const MarkId step : neighbours) {
         const MarkId expected = mark + step;
         if (*other == mark || *other == expected) continue;
-        const Eigen::Vector2d step_m = plane_.point_m(expected) - plane_.point_m(mark);
-        if (step_error(here, maps_.at(*other), step_m) <= contradicting_error)
+        if (step_error(here, maps_.at(*other), step_m(mark, expected)) <= contradicting_error)
           found.push_back(*other);
       }
     }
@@ -515,12 +513,12 @@ class Labeller {
   /// Withdraws isolated labels; true if there were any.
   bool withdraw_at_rim() {
     std::vector<MarkId> alone;
-    for (const auto& [mark, dot] : by_mark_)
+    for (const auto& [mark, dot] : placed_)
       if (stands_alone(mark, dot)) alone.push_back(mark);
     for (const MarkId mark : alone) {
-      labels_[by_mark_.at(mark)] = {
+      labels_[placed_.at(mark)] = {
           std::nullopt, "no label: at the rim of what is seen, and little around it speaks for it"};
-      by_mark_.erase(mark);
+      placed_.erase(mark);
       maps_.erase(mark);
     }
     return !alone.empty();
@@ -544,8 +542,8 @@ class Labeller {
       const auto from = maps_.find(mark + step);
       if (from == maps_.end()) continue;
       ++around;
-      const Eigen::Vector2d step_m = plane_.point_m(mark) - plane_.point_m(from->first);
-      worst = std::max(worst, step_error(from->second, steps_.map_at(dot, from->second), step_m));
+      worst = std::max(worst, step_error(from->second, steps_.map_at(dot, from->second),
+                                         step_m(from->first, mark)));
     }
     if (around == static_cast<int>(neighbours.size())) return false;
     if (around < 2) return true;
@@ -575,8 +573,7 @@ class Labeller {
     for (const std::size_t dot : disputed_) {
       const LocalMap there = steps_.map_at(dot, here);
       for (const MarkId step : neighbours) {
-        const Eigen::Vector2d step_m = plane_.point_m(mark + step) - plane_.point_m(mark);
-        if (step_error(here, there, step_m) <= contradicting_error) return true;
+        if (step_error(here, there, step_m(mark, mark + step)) <= contradicting_error) return true;
       }
     }
     return false;
@@ -632,18 +629,10 @@ class Labeller {
     return printed / static_cast<double>((2 * half + 1) * (2 * half + 1));
   }
 
-  const PrintPlane& plane_;
-  const std::vector<UnlabelledDot>& dots_;
   const DarkMap& map_;
-  DotSteps steps_;
-  std::vector<DotLabel> labels_;
-  std::vector<char> taken_;  ///< dots that have a label or must not get one
   std::set<MarkId> read_cells_;
   std::vector<std::size_t> disputed_;  ///< dots with conflicting tags
   std::vector<char> certain_;          ///< dots with two agreeing tags
-  std::map<MarkId, std::size_t> by_mark_;
-  std::map<MarkId, LocalMap> maps_;
-  DotProposals queue_;
 };
 
 }  // namespace
