@@ -95,7 +95,7 @@ std::vector<std::size_t> paper_order(const DrapeInput& input) {
     const auto [is_mesh, fineness] = s.fineness();
     return std::tuple(-s.source().segments, !is_mesh, -fineness, -s.sheet.sheet.cols);
   };
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::sort(order, [&](std::size_t a, std::size_t b) {
     if (key(a) != key(b)) return key(a) < key(b);
     return a != b && input.speaks_before(input.simulations[a], input.simulations[b]);
   });
@@ -108,10 +108,9 @@ DistanceStatistics to_surface_of(const Sheet& measured, const std::vector<Exclud
   const NearestSurface nearest(mesh);
   std::vector<double> distances, sigmas;
   for (const SheetMark& mark : measured.marks) {
-    if (std::any_of(excluded.begin(), excluded.end(),
-                    [&](const Excluded& gap) { return gap.mark == mark.mark; }))
-      continue;
-    const Eigen::Vector3d difference = mark.point_in_world - nearest.nearest(mark.point_in_world);
+    if (std::ranges::find(excluded, mark.mark, &Excluded::mark) != excluded.end()) continue;
+    const Eigen::Vector3d difference =
+        mark.point_in_world - nearest.nearest(mark.point_in_world).point;
     distances.push_back(difference.norm());
     if (mark.covariance_m2) sigmas.push_back(distance_sigma_m(difference, *mark.covariance_m2));
   }
@@ -133,6 +132,11 @@ RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& su
   row.statistics = statistics_of(marks);
   row.normal = normal_statistics_of(marks);
   row.aligned = align(marks);
+  if (const auto& move = row.aligned) {
+    row.statistics.shape_m = move->after.mean_m;
+    row.statistics.place_m = move->centroid_shift_m;
+    row.statistics.turn_rad = move->turn_rad;
+  }
   row.strain = strain_maps(input.measured.sheet, surfaces[simulation]);
   row.to_surface = to_surface_of(input.measured.sheet, row.marks.excluded,
                                  mesh_of(input.simulations[simulation].sheet.sheet));
@@ -189,9 +193,7 @@ std::vector<BranchSet> compare_branches(const DrapeInput& input,
     }
     std::vector<std::size_t> order(set.branches.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return set.branches[a].match_m() < set.branches[b].match_m();
-    });
+    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return set.branches[k].match_m(); });
     set.nearest = order[0];
     if (order.size() > 1) set.runner_up = order[1];
     sets.push_back(std::move(set));
@@ -205,21 +207,6 @@ void stand_in_for_runs(const DrapeInput& input, Report& report) {
     if (!simulation.branch && !simulation.other_simulator) return;
   for (const BranchSet& set : report.branch_sets)
     report.real_virtual.push_back(set.branches[set.nearest].as_placed);
-}
-
-/// Material coordinates at which simulations are compared with each other.
-std::vector<Eigen::Vector2d> lattice_places(const DrapeInput& input, Report& report) {
-  const Sheet& sheet = input.measured.sheet;
-  const auto lattice = LatticeCoordinates::of(sheet, input.measured.file.string());
-  report.lattice_has_gaps_filled = lattice.has_value();
-  std::vector<Eigen::Vector2d> places;
-  if (!lattice) {
-    for (const SheetMark& mark : sheet.marks) places.push_back(mark.material_m);
-    return places;
-  }
-  for (int row = 0; row < sheet.rows; ++row)
-    for (int col = 0; col < sheet.cols; ++col) places.push_back(lattice->at({row, col}));
-  return places;
 }
 
 std::vector<VirtualVirtual> virtual_pairs(const std::vector<Simulation>& simulations,
@@ -254,25 +241,13 @@ std::vector<Surface> surfaces_of(const std::vector<Simulation>& simulations) {
   return surfaces;
 }
 
-void measure_drapes(const DrapeInput& input, Report& report) {
-  if (!input.scene) {
-    const std::string reason = "the scene file was not found";
-    report.measured_drapemeter.reason = reason;
-    report.drapemeters.assign(input.simulations.size(), {{}, reason});
-    return;
-  }
-  report.measured_drapemeter = drapemeter(input.measured.sheet, *input.scene);
-  for (const Simulation& simulation : input.simulations)
-    report.drapemeters.push_back(drapemeter(simulation.sheet.sheet, *input.scene));
-}
-
 /// See Report::headline.
 std::optional<std::size_t> headline_of(const DrapeInput& input, const Report& report) {
   const std::vector<RealVirtual>& rows = report.real_virtual;
-  const auto first = std::min_element(
-      rows.begin(), rows.end(), [&](const RealVirtual& one, const RealVirtual& other) {
-        return input.speaks_before(input.simulations[one.simulation],
-                                   input.simulations[other.simulation]);
+  const auto first = std::ranges::min_element(
+      rows, [&](const Simulation& a, const Simulation& b) { return input.speaks_before(a, b); },
+      [&](const RealVirtual& row) -> const Simulation& {
+        return input.simulations[row.simulation];
       });
   if (first == rows.end()) return std::nullopt;
   return static_cast<std::size_t>(first - rows.begin());
@@ -288,13 +263,6 @@ void judge_placing(const Simulation& simulation, const std::optional<std::string
   else if (cause && cause != said)
     no_go.push_back(fmt::format("simulation {} was placed by a sheet that is NO-GO: {}",
                                 simulation.label(), *cause));
-}
-
-void judge_foundation(const DrapeInput& input, Report& report) {
-  const auto& measured = input.measured.sheet.no_go;
-  if (measured) report.no_go.push_back(*measured);
-  for (const Simulation& simulation : input.simulations)
-    judge_placing(simulation, measured, report.no_go);
 }
 
 void judge_measurement(const Options& options, Report& report) {
@@ -342,8 +310,9 @@ void judge_scenes(const DrapeInput& input, Report& report) {
         differences[*why].push_back(simulation.label());
     } else if (simulation.source().scene_sha256 != asked->sha256) {
       unknown.push_back(simulation.label());
-    } else if (std::any_of(asked->surroundings.begin(), asked->surroundings.end(),
-                           [](const auto& value) { return value.first.ends_with(".file"); })) {
+    } else if (std::ranges::any_of(asked->surroundings, [](const auto& value) {
+                 return value.first.ends_with(".file");
+               })) {
       without_mesh.push_back(simulation.label());
     }
   }
@@ -406,67 +375,51 @@ void warn_of_branches(const DrapeInput& input, Report& report) {
   }
 }
 
-/// Scene and set stated by a simulation or mesh; the set is empty if unknown.
-struct SaidDrape {
-  std::string scene, set, label;
-  std::filesystem::path file;
-};
-
-std::vector<SaidDrape> said_drapes(const DrapeInput& input) {
+/// Throws Error(bad_input) if the measured sheet and a mesh or simulation belong to two drapes:
+/// neither scene nor frame set agree. A mesh has the set of the simulations of its scene. Returns
+/// a reason for each scene of another name whose set is unknown, since it may be another drape.
+std::vector<std::string> require_one_drape(const DrapeInput& input) {
+  const std::string own = input.measured.scene(), own_set = input.measured.measured().set;
   std::map<std::string, std::string> sets;  // set of each scene, from the simulations that state it
   for (const Simulation& one : input.simulations)
     if (one.scene && !one.scene->set.empty()) sets.emplace(one.source().scene, one.scene->set);
-  const auto set_of = [&](const std::string& scene) {
-    const auto found = sets.find(scene);
-    return found == sets.end() ? std::string() : found->second;
+  std::vector<std::string> unknown;
+  const auto check = [&](const std::string& scene, const std::string& set, const std::string& label,
+                         const std::filesystem::path& file) {
+    if (scene == own || set == own_set) return;
+    if (!set.empty())
+      throw bad_input(
+          fmt::format("scene `{}` with frame set `{}` is another drape than that of {}, frame set "
+                      "`{}`{}",
+                      scene, set, input.measured.file.string(), own_set,
+                      own.empty() ? "" : fmt::format(" of scene `{}`", own)),
+          {.file = file.string(), .field = "source.scene"},
+          "put the measured sheet of each drape before its simulations; one that was taken in a "
+          "set of another name says its scene by drape triangulate --scene");
+    if (!own.empty())
+      unknown.push_back(
+          fmt::format("nothing says that scene `{}` of {} is the drape of scene `{}` that was "
+                      "measured; simulate again, or write `{}` as the scene of a mesh that is",
+                      scene, label, own, own));
   };
-  std::vector<SaidDrape> drapes;
   for (const Simulation& one : input.simulations) {
     const std::string& scene = one.source().scene;
-    drapes.push_back(
-        {scene, one.scene ? one.scene->set : set_of(scene), one.label(), one.sheet.file});
+    check(scene, one.scene ? one.scene->set : sets[scene], one.label(), one.sheet.file);
   }
   for (const OtherSurface& one : input.surfaces)
-    drapes.push_back({one.scene, set_of(one.scene), one.simulator, one.file});
-  return drapes;
-}
-
-/// Refuses a scene of another name whose set is unknown, since it may be another drape.
-void judge_drapes(const DrapeInput& input, Report& report) {
-  const std::string own = input.measured.scene();
-  for (const SaidDrape& drape : said_drapes(input)) {
-    if (own.empty() || drape.scene == own || !drape.set.empty()) continue;
-    report.no_go.push_back(
-        fmt::format("nothing says that scene `{}` of {} is the drape of scene `{}` that was "
-                    "measured; simulate again, or write `{}` as the scene of a mesh that is",
-                    drape.scene, drape.label, own, own));
-  }
-}
-
-/// Throws Error(bad_input) if a measured sheet and a mesh or simulation belong to two drapes:
-/// neither scene nor frame set agree. A mesh has the set of the simulations of its scene.
-void require_one_drape(const DrapeInput& input) {
-  const SheetFile& measured = input.measured;
-  const std::string& own_set = measured.measured().set;
-  const std::string own_scene = measured.scene();
-  for (const SaidDrape& drape : said_drapes(input)) {
-    if (drape.scene == own_scene || drape.set == own_set || drape.set.empty()) continue;
-    throw bad_input(
-        fmt::format("scene `{}` with frame set `{}` is another drape than that of {}, frame set "
-                    "`{}`{}",
-                    drape.scene, drape.set, measured.file.string(), own_set,
-                    own_scene.empty() ? "" : fmt::format(" of scene `{}`", own_scene)),
-        {.file = drape.file.string(), .field = "source.scene"},
-        "put the measured sheet of each drape before its simulations; one that was taken in a set "
-        "of another name says its scene by drape triangulate --scene");
-  }
+    check(one.scene, sets[one.scene], one.simulator, one.file);
+  return unknown;
 }
 
 /// Sets no_go to all reasons why the distances cannot be trusted (the first cause first: sheets
 /// that are NO-GO, marks, simulations), and adds warnings.
-void judge(const DrapeInput& input, const Options& options, Report& report) {
-  judge_foundation(input, report);
-  judge_drapes(input, report);
+void judge(const DrapeInput& input, const Options& options, const std::vector<std::string>& unknown,
+           Report& report) {
+  const auto& measured = input.measured.sheet.no_go;
+  if (measured) report.no_go.push_back(*measured);
+  for (const Simulation& simulation : input.simulations)
+    judge_placing(simulation, measured, report.no_go);
+  report.no_go.insert(report.no_go.end(), unknown.begin(), unknown.end());
   judge_scenes(input, report);
   judge_measurement(options, report);
   for (const RealVirtual& row : report.real_virtual)
@@ -487,12 +440,11 @@ Measurement measurement_of(const Sheet& sheet) {
   measurement.marks = static_cast<int>(sheet.marks.size());
   measurement.gaps = static_cast<int>(sheet.gaps.size());
   std::vector<double> sigmas;
-  for (const SheetMark& mark : sheet.marks) {
-    if (mark.covariance_m2) sigmas.push_back(worst_sigma_m(*mark.covariance_m2));
-  }
+  for (const SheetMark& mark : sheet.marks)
+    if (const auto sigma_m = worst_sigma_m(mark)) sigmas.push_back(*sigma_m);
   if (sigmas.empty() || sigmas.size() != sheet.marks.size()) return measurement;
   measurement.sigma_median_m = quantile(sigmas, 0.5);
-  measurement.sigma_max_m = *std::max_element(sigmas.begin(), sigmas.end());
+  measurement.sigma_max_m = *std::ranges::max_element(sigmas);
   return measurement;
 }
 
@@ -511,7 +463,7 @@ RealSurface compare_to_surface(const Sheet& measured, const TriangleMesh& mesh) 
 
 Report compare_drape(const DrapeInput& input, const Options& options) {
   check_group(input.simulations);
-  require_one_drape(input);
+  const std::vector<std::string> unknown = require_one_drape(input);
   for (const Simulation& simulation : input.simulations) check_patch(input, simulation);
   Report report;
   report.name = input.name();
@@ -529,26 +481,30 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
   stand_in_for_runs(input, report);
   report.headline = headline_of(input, report);
   report.real_surface = compare_surfaces(input);
-  const std::vector<Eigen::Vector2d> places = lattice_places(input, report);
-  report.virtual_virtual = virtual_pairs(input.simulations, surfaces, places);
-  measure_drapes(input, report);
-  judge(input, options, report);
+  const Sheet& measured = input.measured.sheet;
+  const std::string file = input.measured.file.string();
+  report.lattice_has_gaps_filled = LatticeCoordinates::of(measured, file).has_value();
+  report.virtual_virtual =
+      virtual_pairs(input.simulations, surfaces, lattice_places_of(measured, file));
+  const auto drapemeter_of = [&](const Sheet& sheet) {
+    return input.scene ? drapemeter(sheet, *input.scene)
+                       : DrapemeterResult{{}, "the scene file was not found"};
+  };
+  report.measured_drapemeter = drapemeter_of(input.measured.sheet);
+  for (const Simulation& simulation : input.simulations)
+    report.drapemeters.push_back(drapemeter_of(simulation.sheet.sheet));
+  judge(input, options, unknown, report);
   return report;
 }
 
 VirtualGroup compare_virtual_group(std::vector<Simulation> simulations) {
   check_group(simulations);
   VirtualGroup group{simulations.front().source().scene, std::move(simulations), {}};
-  const auto coarsest =
-      std::min_element(group.simulations.begin(), group.simulations.end(),
-                       [](const Simulation& a, const Simulation& b) {
-                         return std::pair(!a.is_grid(), a.sheet.sheet.marks.size()) <
-                                std::pair(!b.is_grid(), b.sheet.sheet.marks.size());
-                       });
-  std::vector<Eigen::Vector2d> places;
-  for (const SheetMark& particle : coarsest->sheet.sheet.marks)
-    places.push_back(particle.material_m);
-  group.pairs = virtual_pairs(group.simulations, surfaces_of(group.simulations), places);
+  const auto coarsest = std::ranges::min_element(group.simulations, {}, [](const Simulation& one) {
+    return std::pair(!one.is_grid(), one.sheet.sheet.marks.size());
+  });
+  group.pairs = virtual_pairs(group.simulations, surfaces_of(group.simulations),
+                              places_of(coarsest->sheet.sheet));
   return group;
 }
 

@@ -15,6 +15,7 @@
 #include "compare/metrics/drapemeter.hpp"
 #include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
 #include "core/units.hpp"
 
@@ -23,49 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using units::mm;
-
-constexpr int kTurns = 360;
-
-/// Measured marks and their positions on the virtual sheet, relative to the axis.
-struct Pairs {
-  std::vector<Eigen::Vector3d> real, simulated;
-
-  Pairs(const Sheet& measured, const Surface& surface, const Eigen::Vector3d& axis,
-        bool half_turn) {
-    for (const SheetMark& mark : measured.marks) {
-      const auto place =
-          surface.at(half_turn ? measured.patch_m - mark.material_m : mark.material_m);
-      if (!place) continue;
-      real.emplace_back(mark.point_in_world - axis);
-      simulated.emplace_back(place->point_in_world - axis);
-    }
-  }
-
-  [[nodiscard]] double mean_m(double turn_rad) const {
-    const double c = std::cos(turn_rad), s = std::sin(turn_rad);
-    double sum = 0;
-    for (std::size_t i = 0; i < real.size(); ++i) {
-      const Eigen::Vector3d& p = simulated[i];
-      const Eigen::Vector3d turned(c * p.x() - s * p.y(), s * p.x() + c * p.y(), p.z());
-      sum += (turned - real[i]).norm();
-    }
-    return sum / static_cast<double>(real.size());
-  }
-};
-
-/// Smallest mean within one step around `middle`, assuming a single minimum there.
-double refined(const Pairs& pairs, double middle, double step) {
-  const double golden = (std::sqrt(5.0) - 1) / 2;
-  double low = middle - step, high = middle + step;
-  while (high - low > 1e-13) {
-    const double left = high - golden * (high - low), right = low + golden * (high - low);
-    if (pairs.mean_m(left) < pairs.mean_m(right))
-      high = right;
-    else
-      low = left;
-  }
-  return (low + high) / 2;
-}
 
 /// Path of a list in the folder above the sheet's; nullopt if it does not exist.
 std::optional<fs::path> file_above(const fs::path& sheet, const char* name) {
@@ -103,7 +61,7 @@ std::string value_of(const Surroundings& values, const std::string& key) {
 /// True if it is an input by path or content: a record may name a copy; files may change.
 bool is_among(const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {
   const std::string sha256 = fs::is_regular_file(file) ? sha256_of_file(file) : std::string();
-  return std::any_of(inputs.begin(), inputs.end(), [&](const auto& input) {
+  return std::ranges::any_of(inputs, [&](const auto& input) {
     return input.second == sha256 ||
            fs::weakly_canonical(input.first) == fs::weakly_canonical(file);
   });
@@ -129,7 +87,7 @@ std::string shown(const Simulation& simulation, const std::string& key, const st
                : hash_text(value);
   if (key != "fabric") return value;
   const SimulatedSource& own = simulation.source();
-  const bool ambiguous = std::any_of(group.begin(), group.end(), [&](const Simulation& other) {
+  const bool ambiguous = std::ranges::any_of(group, [&](const Simulation& other) {
     return other.source().fabric == own.fabric && other.source().fabric_sha256 != value;
   });
   return ambiguous ? own.fabric + " " + hash_text(value) : own.fabric;
@@ -150,14 +108,6 @@ constexpr double kStep_m = 2 * mm;  ///< spacing at which a textured mesh is sam
 constexpr double kOutside = 1e-9;   ///< tolerance of a triangle, in barycentric coordinates
 /// Cloth that hangs under its own weight does not strain by so much; units differ by 2.54 or more.
 constexpr double kMostStrain = 0.3;
-
-std::vector<double> sorted_unique(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  values.erase(
-      std::unique(values.begin(), values.end(), [](double a, double b) { return b - a < 1e-9; }),
-      values.end());
-  return values;
-}
 
 /// Adds the vertices themselves, sorted so that rows run along the warp.
 void add_grid(const DrapeMesh& drape, Sheet& sheet) {
@@ -185,15 +135,15 @@ void add_grid(const DrapeMesh& drape, Sheet& sheet) {
 
 /// 0, the side length, the marks' own lines, and lines between them at most a step apart.
 std::vector<double> lines_of(const Sheet& measured, int axis) {
-  std::vector<double> fixed = {0, measured.patch_m[axis]};
+  std::vector<double> fixed = {measured.patch_m[axis]};
   for (const SheetMark& mark : measured.marks) fixed.push_back(mark.material_m[axis]);
-  fixed = sorted_unique(fixed);
-  std::vector<double> lines = {fixed.front()};
-  for (std::size_t i = 1; i < fixed.size(); ++i) {
-    const double gap = fixed[i] - fixed[i - 1];
+  std::ranges::sort(fixed);
+  std::vector<double> lines = {0};
+  for (const double to : fixed) {
+    const double from = lines.back(), gap = to - from;
+    if (gap < 1e-9) continue;
     const int pieces = std::max(1, static_cast<int>(std::ceil(gap / kStep_m - 1e-9)));
-    for (int k = 1; k < pieces; ++k) lines.push_back(fixed[i - 1] + gap * k / pieces);
-    lines.push_back(fixed[i]);
+    for (int k = 1; k <= pieces; ++k) lines.push_back(k < pieces ? from + gap * k / pieces : to);
   }
   return lines;
 }
@@ -337,22 +287,35 @@ std::optional<Eigen::Vector2d> axis_of(const Scene& scene) {
 
 std::optional<TurnedDistance> best_turn(const Sheet& measured, const Surface& virtual_sheet,
                                         const Eigen::Vector2d& axis_in_world) {
+  constexpr int kTurns = 360;
+  const double step = 2 * std::numbers::pi / kTurns, golden = (std::sqrt(5.0) - 1) / 2;
   const Eigen::Vector3d axis(axis_in_world.x(), axis_in_world.y(), 0);
-  const double step = 2 * std::numbers::pi / kTurns;
   std::optional<TurnedDistance> best;
   for (const bool half_turn : {false, true}) {
-    const Pairs pairs(measured, virtual_sheet, axis, half_turn);
-    if (pairs.real.empty()) continue;
-    double turn = 0, least = pairs.mean_m(0);
-    for (int k = 1; k < kTurns; ++k) {
-      const double mean_m = pairs.mean_m(k * step);
-      if (mean_m >= least) continue;
-      turn = k * step;
-      least = mean_m;
+    std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs;  // about the axis
+    for (const SheetMark& mark : measured.marks)
+      if (const auto place =
+              virtual_sheet.at(half_turn ? measured.patch_m - mark.material_m : mark.material_m))
+        pairs.emplace_back(mark.point_in_world - axis, place->point_in_world - axis);
+    if (pairs.empty()) continue;
+    const auto mean_m = [&](double turn_rad) {
+      const Eigen::Matrix3d turn = rotation_about({0, 0, turn_rad});
+      double sum = 0;
+      for (const auto& [real, simulated] : pairs) sum += (turn * simulated - real).norm();
+      return sum / static_cast<double>(pairs.size());
+    };
+    std::vector<double> means;
+    for (int k = 0; k < kTurns; ++k) means.push_back(mean_m(k * step));
+    const auto nearest = std::ranges::min_element(means) - means.begin();
+    // Golden section: there is one minimum within a step around the nearest.
+    double low = static_cast<double>(nearest - 1) * step, high = low + 2 * step;
+    while (high - low > 1e-13) {
+      const double left = high - golden * (high - low), right = low + golden * (high - low);
+      mean_m(left) < mean_m(right) ? high = right : low = left;
     }
-    turn = std::remainder(refined(pairs, turn, step), 2 * std::numbers::pi);
-    least = pairs.mean_m(turn);
-    if (!best || least < best->mean_m) best = TurnedDistance{least, turn, half_turn, axis_in_world};
+    const double turn = std::remainder((low + high) / 2, 2 * std::numbers::pi);
+    if (const double least = mean_m(turn); !best || least < best->mean_m)
+      best = TurnedDistance{least, turn, half_turn, axis_in_world};
   }
   return best;
 }
@@ -365,7 +328,7 @@ std::string ensemble_sentence(const BranchList& list) {
     text += fmt::format(
         "; 95 % of them lie within {:.2f} mm of their mean (median over the marks; {:.2f} mm at "
         "the loosest mark)",
-        median(radii) / mm, *std::max_element(radii.begin(), radii.end()) / mm);
+        median(radii) / mm, *std::ranges::max_element(radii) / mm);
   if (list.unseen)
     text += fmt::format(
         "; {:.0f} % of starts may end on branches that none showed, at most {:.0f} "
@@ -408,7 +371,7 @@ std::string friction_sentence(const FrictionBand& band) {
   if (band.counted() > 0 && !reach.empty())
     text += fmt::format(
         ", it rests up to {:.3f} mm away (median over the marks; {:.3f} mm at the loosest mark)",
-        median(reach) / mm, *std::max_element(reach.begin(), reach.end()) / mm);
+        median(reach) / mm, *std::ranges::max_element(reach) / mm);
   const auto lost = band.pushes.size() - static_cast<std::size_t>(band.counted());
   if (lost > 0)
     text += fmt::format(
@@ -532,7 +495,7 @@ void tell_apart(std::vector<Simulation>& simulations) {
     const Setup setup = one.setup();
     for (const auto& [key, seen] : values)
       if (seen.size() > 1 && is_told(one, key))
-        one.apart.emplace_back(key, shown(one, key, stated_value(setup, key), simulations));
+        one.apart.emplace(key, shown(one, key, stated_value(setup, key), simulations));
   }
 }
 
@@ -546,7 +509,7 @@ std::string DrapeInput::name() const {
 bool DrapeInput::speaks_before(const Simulation& one, const Simulation& other) const {
   constexpr int kSegments = 5;  // largest number in the paper
   const auto is_of_own_fabric = [&](const Simulation& simulation) {
-    return std::any_of(simulations.begin(), simulations.end(), [&](const Simulation& known) {
+    return std::ranges::any_of(simulations, [&](const Simulation& known) {
       return known.scene && known.scene->own_fabric &&
              known.source().fabric_sha256 == simulation.source().fabric_sha256;
     });
@@ -567,8 +530,8 @@ bool DrapeInput::speaks_before(const Simulation& one, const Simulation& other) c
 }
 
 const Simulation* DrapeInput::speaker() const {
-  const auto first = std::min_element(
-      simulations.begin(), simulations.end(),
+  const auto first = std::ranges::min_element(
+      simulations,
       [this](const Simulation& a, const Simulation& b) { return speaks_before(a, b); });
   return first == simulations.end() ? nullptr : &*first;
 }
@@ -612,19 +575,20 @@ std::optional<OtherMeshId> other_mesh_id(const fs::path& file) {
 std::optional<OtherSurface> read_other_surface(const fs::path& file, const fs::path& mesh) {
   if (!read_record<DrapeMesh>(file).correspondence) return std::nullopt;
   DrapeMesh drape = read_drape_mesh(file, mesh);
-  OtherSurface surface;
-  surface.file = file;
-  surface.mesh_file = drape.mesh_file;
-  surface.simulator = drape.name;
-  surface.scene = drape.scene;
-  surface.fabric = drape.fabric;
+  const std::string mesh_sha256 = sha256_of_file(drape.mesh_file);
+  OtherSurface surface{file,
+                       drape.mesh_file,
+                       id_of(file, mesh_sha256),
+                       mesh_sha256,
+                       drape.name,
+                       drape.scene,
+                       drape.fabric,
+                       {}};
   surface.mesh.points = std::move(drape.points_in_world);
   for (const auto& [a, b, c] : drape.mesh.triangles)
     surface.mesh.triangles.push_back({a.point, b.point, c.point});
   if (surface.mesh.triangles.empty())
     drape.reject("mesh", "the mesh has no face, so it is no surface", "export the faces too");
-  surface.mesh_sha256 = sha256_of_file(surface.mesh_file);
-  surface.sha256 = id_of(file, surface.mesh_sha256);
   return surface;
 }
 
@@ -636,11 +600,6 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured, const fs
   simulation.sheet.file = file;
   Sheet& sheet = simulation.sheet.sheet;
   sheet.patch_m = measured.patch_m;
-  SimulatedSource source;
-  source.scene = drape.scene;
-  source.fabric = drape.fabric.value_or("not stated");
-  source.model = *simulation.other_simulator;
-  source.status = "as exported";
   if (drape.grid.has_value() == drape.uv.has_value())
     drape.reject("mesh", "it needs [grid] or [uv], and not both",
                  "say where the material points are; where nothing of it is known, write "
@@ -652,8 +611,15 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured, const fs
   simulation.sheet.ply_sha256 = sha256_of_file(mesh_file);
   simulation.sheet.sha256 = id_of(file, simulation.sheet.ply_sha256);
   simulation.other_file = mesh_file;
-  source.scene_sha256 = source.fabric_sha256 = sha256_of("not stated: " + source.fabric);
-  sheet.source = source;
+  const std::string fabric = drape.fabric.value_or("not stated");
+  const std::string nothing = sha256_of("not stated: " + fabric);
+  sheet.source = SimulatedSource{.scene = drape.scene,
+                                 .fabric = fabric,
+                                 .scene_sha256 = nothing,
+                                 .fabric_sha256 = nothing,
+                                 .start_sha256 = {},
+                                 .model = drape.name,
+                                 .status = "as exported"};
   return simulation;
 }
 

@@ -102,7 +102,7 @@ struct Simulation {
   std::optional<LevelsFile> levels = {};            ///< its meshes, from the levels.json beside it
   std::optional<SimulatedScene> scene = {};         ///< absent if the scene file has changed since
   /// Differences from others of its group, other than mesh and segments: {"fabric", "B"}.
-  std::vector<std::pair<std::string, std::string>> apart = {};
+  std::map<std::string, std::string> apart = {};
 
   [[nodiscard]] const SimulatedSource& source() const {
     return std::get<SimulatedSource>(sheet.sheet.source);

@@ -46,7 +46,7 @@ static void fields(Fields& f, ModelRest& model) {
 
 static void fields(Fields& f, MatchVerdict& match) {
   f({"verdict", "inside, outside, undecided or none"}, match.match);
-  f({"reason", "its reason with every number"}, match.reason);
+  f({"reason", "why it is so"}, match.reason);
   f({"rests_on", "`8 repeats`, `tolerance`; empty: nothing"}, match.rests_on);
   f({"value_mm", "distance that is compared with the limit", mm}, match.value_m);
   f({"limit_mm", "limit T", mm}, match.limit_m);
@@ -440,7 +440,6 @@ std::string detail_text(const ReportedDrape& drape) {
     if (!said.empty()) text += fmt::format("  {:<12} {}\n", what, said);
   };
   add("why", drape.why);
-  add("match", drape.match.reason);
   add("next", drape.next);
   if (drape.match.error_number) add("E_n", figure(*drape.match.error_number));
   add("simulation", drape.simulation);

@@ -31,7 +31,7 @@ struct Grid {
   }
   [[nodiscard]] bool is_even() const {
     const Vector2d &first = marks.front().material_m, span = marks.back().material_m - first;
-    return step.minCoeff() > 0 && std::all_of(marks.begin(), marks.end(), [&](const auto& mark) {
+    return step.minCoeff() > 0 && std::ranges::all_of(marks, [&](const auto& mark) {
              const Vector2d at = step.cwiseProduct(Vector2d(mark.mark.row, mark.mark.col));
              return (mark.material_m - first - at).norm() <= kEven * span.norm();
            });
@@ -76,14 +76,12 @@ Eigen::Matrix2d curvature_of(const Grid& grid, int r, int c) {
 }
 
 /// Orthonormal DCT-II matrix.
-MatrixXd cosines(Eigen::Index n) {
-  MatrixXd matrix(n, n);
-  for (Eigen::Index k = 0; k < n; ++k)
-    for (Eigen::Index i = 0; i < n; ++i)
-      matrix(k, i) = std::sqrt((k == 0 ? 1.0 : 2.0) / static_cast<double>(n)) *
-                     std::cos(std::numbers::pi * static_cast<double>(k) *
-                              (static_cast<double>(i) + 0.5) / static_cast<double>(n));
-  return matrix;
+MatrixXd cosines(Eigen::Index count) {
+  const auto n = static_cast<double>(count);
+  return MatrixXd::NullaryExpr(count, count, [n](Eigen::Index k, Eigen::Index i) {
+    return std::sqrt((k == 0 ? 1 : 2) / n) *
+           std::cos(std::numbers::pi * static_cast<double>(k) * (static_cast<double>(i) + 0.5) / n);
+  });
 }
 
 /// Adds each mode's share of the variance to the band of its wavelength.
@@ -146,8 +144,7 @@ class FoldFinder {
         if (fold.length_m >= kLeastLength_m) found.push_back(fold);
       }
     }
-    std::stable_sort(found.begin(), found.end(),
-                     [](const Fold& a, const Fold& b) { return a.length_m > b.length_m; });
+    std::ranges::stable_sort(found, std::greater(), &Fold::length_m);
     return found;
   }
 
@@ -189,26 +186,19 @@ class FoldFinder {
     return line;
   }
   [[nodiscard]] Fold fold_of(const std::vector<std::pair<int, int>>& line) const {
+    Eigen::Matrix2Xd places(2, line.size());
     Fold fold{Vector2d::Zero()};
-    const auto n = static_cast<double>(line.size());
-    for (const auto& [r, c] : line) {
-      fold.middle_material_m += grid_.material(r, c) / n;
-      fold.curvature_per_m += principal_[index(r, c)].size / n;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const auto [r, c] = line[i];
+      places.col(static_cast<Eigen::Index>(i)) = grid_.material(r, c);
+      fold.curvature_per_m += principal_[index(r, c)].size / static_cast<double>(line.size());
     }
-    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-    for (const auto& [r, c] : line) {
-      const Vector2d off = grid_.material(r, c) - fold.middle_material_m;
-      spread += off * off.transpose();
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(spread);
+    fold.middle_material_m = places.rowwise().mean();
+    places.colwise() -= fold.middle_material_m;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(places * places.transpose());
     const Vector2d along = solved.eigenvectors().col(1);
-    double least = 0, most = 0;
-    for (const auto& [r, c] : line) {
-      const double at = along.dot(grid_.material(r, c) - fold.middle_material_m);
-      least = std::min(least, at);
-      most = std::max(most, at);
-    }
-    fold.length_m = most - least;
+    const Eigen::RowVectorXd at = along.transpose() * places;
+    fold.length_m = at.maxCoeff() - at.minCoeff();
     fold.direction_rad = std::atan2(along.y(), along.x());
     if (fold.direction_rad < 0) fold.direction_rad += std::numbers::pi;
     return fold;

@@ -15,6 +15,7 @@
 #include "compare/records/provenance.hpp"
 #include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/vectors.hpp"
 #include "core/parallel.hpp"
 #include "core/program/words.hpp"
 #include "core/simulation_files.hpp"
@@ -29,15 +30,18 @@ using units::mm;
 /// Tolerance of lengths for strain and scale: the widest of 304 published hems is 2.3 % wider than
 /// its specimen.
 constexpr double kLengthTolerance = 0.03;
+/// Tolerance of the diameter by a mesh's surface: strain, and chords of coarse meshes.
+constexpr double kOfDiameter = 0.05;
 
-/// Throws if a sheet, whose numbers rest on its own specimen, is given another one.
-void require_own_specimen(const HemRecord& record, const DrapemeterGeometry& asked) {
-  const double own_m = std::sqrt(4 / std::numbers::pi * record.specimen_area_m2);
-  if (std::abs(own_m - asked.specimen_m) <= kLengthTolerance * own_m) return;
-  throw bad_input(
-      fmt::format("the sheet's flat area is that of a round specimen of {:.1f} mm, not {:g} mm",
-                  own_m / mm, asked.specimen_m / mm),
-      {.file = record.file}, "leave --specimen-mm out: a sheet's specimen is its own flat area");
+/// Throws if an area is not that of the round specimen that was asked for, by a part of its
+/// diameter.
+void require_specimen(double area_m2, const DrapemeterGeometry& asked, double tolerance,
+                      const char* what, const Where& where, const std::string& remedy) {
+  const double own_m = std::sqrt(4 / std::numbers::pi * area_m2);
+  if (std::abs(own_m - asked.specimen_m) <= tolerance * asked.specimen_m) return;
+  throw bad_input(fmt::format("the {} that of a round specimen of {:.1f} mm, not {:g} mm", what,
+                              own_m / mm, asked.specimen_m / mm),
+                  where, remedy);
 }
 
 /// Throws unless the disc is inside the shadow and the shadow inside the flat specimen; otherwise a
@@ -45,6 +49,10 @@ void require_own_specimen(const HemRecord& record, const DrapemeterGeometry& ask
 void require_possible(const HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
   const double more = 1 + kLengthTolerance + 2 * scale_u;
   const Hem& hem = record.hem;
+  const std::size_t half = hem.radius_m.size() / 2;
+  double width_m = 0;
+  for (std::size_t i = 0; i < half; ++i)
+    width_m = std::max(width_m, hem.radius_m[i] + hem.radius_m[i + half]);
   std::string wrong;
   if (record.specimen_area_m2 <= circle_m2(geometry.disc_m))
     wrong =
@@ -55,13 +63,9 @@ void require_possible(const HemRecord& record, double scale_u, const DrapemeterG
     wrong = hem.flat_area_m2
                 ? std::string("larger than the flat specimen")
                 : fmt::format("larger than the specimen of {:g} mm", geometry.specimen_m / mm);
-  const std::size_t half = hem.radius_m.size() / 2;
-  for (std::size_t i = 0; i < half && !hem.flat_area_m2; ++i) {
-    const double width_m = hem.radius_m[i] + hem.radius_m[i + half];
-    if (wrong.empty() && width_m > more * geometry.specimen_m)
-      wrong = fmt::format("{:.1f} mm wide, the specimen {:g} mm", width_m / mm,
-                          geometry.specimen_m / mm);
-  }
+  else if (!hem.flat_area_m2 && width_m > more * geometry.specimen_m)
+    wrong =
+        fmt::format("{:.1f} mm wide, the specimen {:g} mm", width_m / mm, geometry.specimen_m / mm);
   if (wrong.empty()) return;
   throw bad_input(fmt::format("the drape is {} (area {:.4g} mm2)", wrong, hem.area_m2 / (mm * mm)),
                   {.file = record.file},
@@ -71,24 +75,12 @@ void require_possible(const HemRecord& record, double scale_u, const DrapemeterG
 /// Warns if the shadow does not contain all of the disc, on which the cloth lies.
 void warn_of_disc(HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
   const double less = 1 - kLengthTolerance - 2 * scale_u;
-  const auto least = std::min_element(record.hem.radius_m.begin(), record.hem.radius_m.end());
+  const auto least = std::ranges::min_element(record.hem.radius_m);
   if (least == record.hem.radius_m.end() || *least >= less * geometry.disc_m / 2) return;
   record.warnings.push_back(
       fmt::format("the hem comes to {:.1f} mm from its centre, inside the disc of {:g} mm: is the "
                   "disc another, or a length in another unit?",
                   *least / mm, geometry.disc_m / mm));
-}
-
-/// Throws Error(bad_input) if the surface of a mesh of unknown flat area is impossible for the
-/// specimen.
-void require_surface(double surface_m2, const DrapemeterGeometry& asked, const Where& where) {
-  constexpr double kOfDiameter = 0.05;  // covers strain, and chords of coarse meshes
-  const double own_m = std::sqrt(4 / std::numbers::pi * surface_m2);
-  if (std::abs(own_m - asked.specimen_m) <= kOfDiameter * asked.specimen_m) return;
-  throw bad_input(
-      fmt::format("the mesh has the surface of a round specimen of {:.1f} mm, not {:g} mm",
-                  own_m / mm, asked.specimen_m / mm),
-      where, "give the specimen's --specimen-mm; meshes are in mm");
 }
 
 /// Computes the numbers and nodes of `record.hem`. Throws Error(bad_input) for a hem impossible for
@@ -98,7 +90,9 @@ void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options
   record.specimen_area_m2 =
       record.hem.flat_area_m2.value_or(circle_m2(options.geometry.specimen_m));
   if (record.own_specimen && options.specimen_stated)
-    require_own_specimen(record, options.geometry);
+    require_specimen(record.specimen_area_m2, options.geometry, kLengthTolerance,
+                     "sheet's flat area is", {.file = record.file},
+                     "leave --specimen-mm out: a sheet's specimen is its own flat area");
   if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
   // U is 2 standard uncertainties, and the relative error of an area is twice that of its scale.
   const double within_u = area_u_m2 / (4 * record.hem.area_m2);
@@ -126,10 +120,21 @@ void require_geometry(const std::optional<double>& disc_m, const std::optional<d
 namespace fs = std::filesystem;
 
 const std::regex kRadius("r[0-9]{3}");
+/// Names of a hem, by which files and tables call them.
+constexpr std::pair<const char*, std::string HemRecord::*> kNames[] = {
+    {"fabric", &HemRecord::fabric},
+    {"sample", &HemRecord::sample},
+    {"face", &HemRecord::face},
+    {"repeat", &HemRecord::repeat}};
 /// Columns that identify a hem, its test and its verdict.
 const std::vector<std::string> kAbout = {"fabric", "sample",  "face",        "repeat",
                                          "file",   "disc_mm", "specimen_mm", "specimen_area_mm2",
                                          "no_go"};
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
 
 /// Throws for an unknown column, which may be the one that distinguishes two fabrics.
 void require_known_columns(const CsvText& table, const HemReadOptions& options) {
@@ -145,13 +150,11 @@ void require_known_columns(const CsvText& table, const HemReadOptions& options) 
     if (std::regex_match(*name, kRadius) ||
         std::find(known.begin(), known.end(), *name) != known.end())
       continue;
-    std::string small = *name;
-    for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    throw bad_input(
-        fmt::format("a table of hems has no column `{}`{}", *name, did_you_mean(small, known)),
-        where,
-        fmt::format("remove it, or name it as hems.csv does: {}, a number or r000 ..",
-                    fmt::join(kAbout, ", ")));
+    throw bad_input(fmt::format("a table of hems has no column `{}`{}", *name,
+                                did_you_mean(lower(*name), known)),
+                    where,
+                    fmt::format("remove it, or name it as hems.csv does: {}, a number or r000 ..",
+                                fmt::join(kAbout, ", ")));
   }
 }
 
@@ -160,7 +163,7 @@ std::vector<std::string> columns_of_radii(const CsvText& table) {
   std::vector<std::string> angles;
   for (const std::string& name : table.names)
     if (std::regex_match(name, kRadius)) angles.push_back(name);
-  std::sort(angles.begin(), angles.end());
+  std::ranges::sort(angles);
   const std::string asked = "give r000, r005 .. r355 in mm, or other equal steps all round";
   if (angles.size() < 36)
     throw bad_input(fmt::format("{} columns of radii", angles.size()),
@@ -224,26 +227,16 @@ void take_areas(const Row& row, Hem& hem) {
   hem.area_m2 = *area_m2;
 }
 
-/// Adds U of the measurement to any uncertainty given on the command line.
-void add_u(const Row& row, std::vector<HemNumber>& numbers) {
-  for (HemNumber& number : numbers) {
-    if (const auto u = row.u(number.name)) number.u = std::hypot(*u, number.u.value_or(0));
-  }
-}
-
 std::string why_no_go(const HemRecord& hem) {
   if (hem.go) return {};
   return hem.warnings.empty() ? "NO-GO" : fmt::format("{}", fmt::join(hem.warnings, "; "));
 }
 
-/// Quotes a cell, so that no reader takes it for a comment or the end of the line.
-std::string quoted(const std::string& text) {
-  std::string line = text;
-  for (char& c : line)
-    if (c == '\n' || c == '\r') c = ' ';
-  const std::string cell = csv_cell(line);
-  const bool plain = cell.find('#') == std::string::npos || cell.front() == '"';
-  return plain ? cell : '"' + cell + '"';
+/// A cell on one line.
+std::string quoted(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return csv_cell(text);
 }
 
 /// Reads one hem per row from a table of radii or a hems.csv, which keeps verdicts, geometry, areas
@@ -259,10 +252,7 @@ std::vector<HemRecord> read_hems_csv(const fs::path& file, const HemReadOptions&
     const Row row(table, i);
     HemRecord record;
     record.file = fmt::format("{}:{}", file.string(), table.lines[i]);
-    record.fabric = row.text("fabric");
-    record.sample = row.text("sample");
-    record.face = row.text("face");
-    record.repeat = row.text("repeat");
+    for (const auto& [name, member] : kNames) record.*member = row.text(name);
     require_geometry(row.positive("disc_mm", mm), row.positive("specimen_mm", mm), options.geometry,
                      row.where());
     std::vector<double> radius_m;
@@ -276,7 +266,9 @@ std::vector<HemRecord> read_hems_csv(const fs::path& file, const HemReadOptions&
     take_areas(row, record.hem);
     record.own_specimen = record.hem.flat_area_m2 && !row.number("specimen_mm");
     evaluate(record, {}, options, row.u("area_mm2").value_or(0) * mm * mm);
-    add_u(row, record.numbers);
+    // U of the measurement adds to any uncertainty given on the command line.
+    for (HemNumber& number : record.numbers)
+      if (const auto u = row.u(number.name)) number.u = std::hypot(*u, number.u.value_or(0));
     if (const std::string reason = row.text("no_go"); !reason.empty()) {
       record.go = false;
       record.warnings.push_back(reason);
@@ -288,13 +280,6 @@ std::vector<HemRecord> read_hems_csv(const fs::path& file, const HemReadOptions&
 
 const std::set<std::string> kPictures = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm"};
 const std::set<std::string> kMeshes = {".ply", ".obj", ".json"};
-
-std::string ending_of(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
 
 /// Finds the names in a path by a pattern such as "{fabric}_{repeat}".
 class NamePattern {
@@ -309,10 +294,12 @@ class NamePattern {
       } else if (text.front() != '{') {
         expression += (std::isalnum(static_cast<unsigned char>(text[0])) == 0 ? "\\" : "") + text;
       } else {
-        if (!value_of(HemRecord(), (*at)[1]) || text.back() != '}')
+        const auto* name =
+            std::ranges::find(kNames, (*at)[1].str(), [](const auto& one) { return one.first; });
+        if (name == std::end(kNames) || text.back() != '}')
           throw usage_error(fmt::format("`{}` is no name in a pattern", (*at)[1].str()),
                             "use {fabric}, {sample}, {face} and {repeat}");
-        names_.push_back((*at)[1]);
+        names_.push_back(name->second);
         expression += "(.+?)";
       }
     }
@@ -323,20 +310,11 @@ class NamePattern {
     std::smatch found;
     if (!std::regex_match(path, found, expression_))
       throw bad_input("the file's name does not fit --names", {.file = path}, "change one of them");
-    for (std::size_t i = 0; i < names_.size(); ++i) *value_of(record, names_[i]) = found[i + 1];
+    for (std::size_t i = 0; i < names_.size(); ++i) record.*names_[i] = found[i + 1];
   }
 
  private:
-  template <class Record>
-  static std::string* value_of(Record&& record, const std::string& name) {
-    for (const auto& [known, value] : {std::pair{"fabric", &record.fabric},
-                                       {"sample", &record.sample},
-                                       {"face", &record.face},
-                                       {"repeat", &record.repeat}})
-      if (name == known) return value;
-    return nullptr;
-  }
-  std::vector<std::string> names_;
+  std::vector<std::string HemRecord::*> names_;
   std::regex expression_;
 };
 
@@ -349,15 +327,14 @@ std::vector<Input> files_of(const fs::path& input) {
   if (!fs::is_directory(input)) return {{input, input.stem().string()}};
   std::vector<Input> found;
   for (const auto& entry : fs::recursive_directory_iterator(input)) {
-    const std::string ending = ending_of(entry.path());
+    const std::string ending = lower(entry.path().extension());
     const bool twin = ending == ".ply" || ending == ".obj" || kPictures.contains(ending);
     if (!entry.is_regular_file() || !twin) continue;
     fs::path name = fs::relative(entry.path(), input);
     name.replace_extension();
     found.push_back({entry.path(), name.generic_string()});
   }
-  std::sort(found.begin(), found.end(),
-            [](const Input& a, const Input& b) { return a.file < b.file; });
+  std::ranges::sort(found, {}, &Input::file);
   if (found.empty())
     throw bad_input("the folder holds no picture and no mesh", {.file = input.string()},
                     "give a folder of PNG, JPEG, TIFF, PLY or OBJ files");
@@ -399,7 +376,7 @@ void refuse_threads(const Outline& outline_m, const std::string& file) {
     for (std::size_t j = i; j < i + count && along_m < kThreadReach_m; ++j) {
       const Eigen::Vector2d a = at(j) - at(i), b = at(j + 1) - at(i);
       along_m += (b - a).norm();
-      twice_area += a.x() * b.y() - a.y() * b.x();
+      twice_area += cross(a, b);
       const double length_m = along_m / 2;
       if (b.norm() > kThreadWidth_m || length_m < std::max(kThreadLength_m, longest_m)) continue;
       const double mean_width_m = twice_area / 2 / length_m;
@@ -448,58 +425,32 @@ constexpr int kSweeps = 500;  // sufficient for a lattice of 61 marks per side
 /// Fills missing marks inside a complete hem with the mean of their neighbours, since a hole would
 /// count neither as cloth nor as shadow.
 int span_gaps(Sheet& sheet) {
-  std::map<MarkId, SheetMark> marks;
+  using Place = Eigen::Matrix<double, 5, 1>;  // in space, then on the material
+  std::map<MarkId, Place> places;
+  Place middle = Place::Zero();
+  for (const SheetMark& mark : sheet.marks) {
+    Place& place = places[mark.mark];
+    place << mark.point_in_world, mark.material_m;
+    middle += place / static_cast<double>(sheet.marks.size());
+  }
   std::vector<MarkId> missing;
-  SheetMark middle = sheet.marks.front();
-  middle.point_in_world.setZero();
-  middle.material_m.setZero();
-  for (const SheetMark& mark : sheet.marks) {
-    marks[mark.mark] = mark;
-    middle.point_in_world += mark.point_in_world / static_cast<double>(sheet.marks.size());
-    middle.material_m += mark.material_m / static_cast<double>(sheet.marks.size());
-  }
   for (int row = 0; row < sheet.rows; ++row)
-    for (int col = 0; col < sheet.cols; ++col) {
-      middle.mark = {row, col};
-      if (marks.emplace(middle.mark, middle).second) missing.push_back(middle.mark);
-    }
+    for (int col = 0; col < sheet.cols; ++col)
+      if (places.try_emplace({row, col}, middle).second) missing.push_back({row, col});
   for (int sweep = 0; sweep < kSweeps && !missing.empty(); ++sweep)
-    for (const MarkId id : missing) {
-      const SheetMark &up = marks[{id.row - 1, id.col}], &down = marks[{id.row + 1, id.col}],
-                      &left = marks[{id.row, id.col - 1}], &right = marks[{id.row, id.col + 1}];
-      marks[id].point_in_world =
-          (up.point_in_world + down.point_in_world + left.point_in_world + right.point_in_world) /
-          4;
-      marks[id].material_m =
-          (up.material_m + down.material_m + left.material_m + right.material_m) / 4;
-    }
-  for (const MarkId id : missing) sheet.marks.push_back(marks[id]);
+    for (const MarkId id : missing)
+      places[id] = (places[id + MarkId{-1, 0}] + places[id + MarkId{1, 0}] +
+                    places[id + MarkId{0, -1}] + places[id + MarkId{0, 1}]) /
+                   4;
+  for (const MarkId id : missing)
+    sheet.marks.push_back({id, places[id].tail<2>(), places[id].head<3>(), {}, {}, {}});
+  std::ranges::sort(sheet.marks, {}, &SheetMark::mark);
   return static_cast<int>(missing.size());
-}
-
-ShadowMesh mesh_of_whole(const Sheet& sheet) {
-  ShadowMesh mesh;
-  std::map<MarkId, std::size_t> index;
-  for (const SheetMark& mark : sheet.marks) {
-    index[mark.mark] = mesh.points.size();
-    mesh.points.push_back(mark.point_in_world);
-    mesh.material_m.push_back(mark.material_m);
-  }
-  for (const auto& [mark, at] : index) {
-    const auto right = index.find({mark.row, mark.col + 1});
-    const auto below = index.find({mark.row + 1, mark.col});
-    const auto across = index.find({mark.row + 1, mark.col + 1});
-    if (right == index.end() || below == index.end() || across == index.end()) continue;
-    mesh.triangles.push_back({at, right->second, below->second});
-    mesh.triangles.push_back({right->second, across->second, below->second});
-  }
-  return mesh;
 }
 
 /// Finds the entry of a mesh in the list of virtual drapes beside it.
 const CusickStart& start_in(const CusickFile& list, const fs::path& file, const std::string& name) {
-  const auto start = std::find_if(list.starts.begin(), list.starts.end(),
-                                  [&](const CusickStart& one) { return one.file == name; });
+  const auto start = std::ranges::find(list.starts, name, &CusickStart::file);
   if (start != list.starts.end()) return *start;
   throw bad_input("the list beside the mesh does not name it",
                   {.file = file.string(), .field = name},
@@ -529,7 +480,8 @@ void read_mesh(const Input& input, const HemReadOptions& options, bool is_named,
     if (const int spanned = span_gaps(sheet); spanned > 0)
       record.warnings.push_back(
           fmt::format("{} marks inside the hem are missing, their neighbours span them", spanned));
-    mesh = mesh_of_whole(sheet);
+    static_cast<TriangleMesh&>(mesh) = mesh_of(sheet);
+    for (const SheetMark& mark : sheet.marks) mesh.material_m.push_back(mark.material_m);
     if (!options.disc_stated)
       throw bad_input(
           "a sheet does not say over which disc it hangs", where,
@@ -563,7 +515,8 @@ void read_mesh(const Input& input, const HemReadOptions& options, bool is_named,
   }
   require_geometry(disc_m, specimen_m, options.geometry, where);
   if (mesh.material_m.empty() && !mesh.flat_area_m2 && !specimen_m)
-    require_surface(area_m2(mesh), options.geometry, where);
+    require_specimen(area_m2(mesh), options.geometry, kOfDiameter, "mesh's surface is", where,
+                     "give the specimen's --specimen-mm; meshes are in mm");
   record.hem = shadow_of(mesh);
   if (!status.empty()) record.kind = HemKind::simulated;
   const bool moves = !status.empty() && status != "at rest";
@@ -575,7 +528,7 @@ void read_mesh(const Input& input, const HemReadOptions& options, bool is_named,
 
 std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& options,
                                   const NamePattern* names) {
-  const std::string ending = ending_of(input.file);
+  const std::string ending = lower(input.file.extension());
   if (ending == ".csv") return read_hems_csv(input.file, options);
   HemRecord record;
   record.file = input.file.string();
@@ -594,18 +547,14 @@ void tell_apart(std::vector<Input>& files) {
     if (named[file.name].size() > 1) file.name = fs::path(file.file).replace_extension().string();
 }
 
-constexpr double kLeast_m = 1e-6;  // closer hems are copies
-
 /// Moves the hems that have a reason to the refused ones, with their file.
 template <class Why>
 void refuse_if(HemSet& set, const Why& why) {
-  std::vector<HemRecord> kept;
-  for (HemRecord& record : set.hems)
-    if (const std::string reason = why(record); reason.empty())
-      kept.push_back(std::move(record));
-    else
-      set.refused.push_back(record.file + ": " + reason);
-  set.hems = std::move(kept);
+  std::erase_if(set.hems, [&](const HemRecord& record) {
+    const std::string reason = why(record);
+    if (!reason.empty()) set.refused.push_back(record.file + ": " + reason);
+    return !reason.empty();
+  });
 }
 
 /// Refuses copies: of hems that are equal to the last bit only the first is kept.
@@ -619,43 +568,6 @@ void refuse_copies(HemSet& set) {
   });
 }
 
-/// Drapes of a fabric, with the scatter between its samples and between repeats.
-struct FabricVariance {
-  std::string fabric;
-  VarianceComponents found;
-};
-
-struct FaceMean {
-  std::string face;
-  double percent = 0;
-};
-
-void fields(Fields& f, FaceMean& one) {
-  f({"face", "side of the cloth that faces up"}, one.face);
-  f({"mean_percent", "mean drape coefficient"}, one.percent);
-}
-
-void fields(Fields& f, FabricVariance& one) {
-  f({"fabric", "name"}, one.fabric);
-  f({"drapes", "number of hems"}, one.found.drapes);
-  std::vector<FaceMean> faces;
-  for (const auto& [face, mean] : one.found.face_means) faces.push_back({face, mean});
-  f({"faces", "means of the faces"}, faces);
-  f({"samples", "samples"}, one.found.samples);
-  f({"repeat_sd_percent", "standard deviation of repeats"}, one.found.repeat_sd);
-  f({"sample_sd_percent", "standard deviation of samples"}, one.found.sample_sd);
-}
-
-struct ValueWithU {
-  double value = 0;
-  std::optional<double> u;
-};
-
-void fields(Fields& f, ValueWithU& one) {
-  f({"value", "value in the unit at the end of its name"}, one.value);
-  f({"u", "expanded uncertainty, k = 2; null if not known"}, one.u);
-}
-
 }  // namespace
 
 std::string hems_csv(const DrapemeterGeometry& geometry, const std::vector<HemRecord>& hems) {
@@ -666,8 +578,8 @@ std::string hems_csv(const DrapemeterGeometry& geometry, const std::vector<HemRe
   for (int i = 0; i < kHemRays; ++i) text += fmt::format(",r{:03d}", 360 / kHemRays * i);
   text += '\n';
   for (const HemRecord& hem : hems) {
-    for (const std::string& name : {hem.fabric, hem.sample, hem.face, hem.repeat, hem.file})
-      text += quoted(name) + ',';
+    for (const auto& [name, member] : kNames) text += quoted(hem.*member) + ',';
+    text += quoted(hem.file) + ',';
     const auto& flat_m2 = hem.hem.flat_area_m2;
     text += fmt::format("{:.10g},{},{},{}", geometry.disc_m / mm,
                         hem.own_specimen ? "" : fmt::format("{:.10g}", geometry.specimen_m / mm),
@@ -723,9 +635,8 @@ void refuse_copies_of(const HemSet& real, HemSet& virtual_hems) {
   for (const HemRecord& record : real.hems) known.push_back(as_stored(record));
   refuse_if(virtual_hems, [&](const HemRecord& record) {
     const Hem own = as_stored(record);
-    const auto same = std::find_if(known.begin(), known.end(), [&](const Hem& other) {
-      return hem_distance_m(other, own) < kLeast_m;
-    });
+    const auto same = std::ranges::find_if(
+        known, [&](const Hem& other) { return hem_distance_m(other, own) < kCopies_m; });
     return same == known.end() ? std::string()
                                : fmt::format("its hem is that of {}, a copy; name virtual drapes",
                                              real.hems[same - known.begin()].file);
@@ -740,6 +651,19 @@ void refuse_other_kinds(HemSet& real, HemSet& virtual_hems) {
          "a simulation is no repeat of a real drape; give it after a --compare of its own");
   refuse(virtual_hems, HemKind::measured,
          "a measured sheet is no virtual drape; give it without --compare");
+}
+
+std::vector<FabricVariance> variances_of(const std::vector<HemRecord>& hems) {
+  std::map<std::string, std::pair<std::vector<RepeatKey>, std::vector<double>>> fabrics;
+  for (const HemRecord& hem : hems) {
+    if (hem.numbers.empty()) continue;  // for walks that only document the format
+    fabrics[hem.fabric].first.push_back(hem.key());
+    fabrics[hem.fabric].second.push_back(hem.drape_coefficient());
+  }
+  std::vector<FabricVariance> variances;
+  for (const auto& [fabric, values] : fabrics)
+    variances.push_back({fabric, variance_components(values.first, values.second)});
+  return variances;
 }
 
 std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems) {
@@ -776,34 +700,35 @@ std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
   for (const auto& [name, repeats] : groups) {
     std::vector<double> coefficients;
     Distances distances;
-    for (const HemRecord* a : repeats) {
-      coefficients.push_back(a->drape_coefficient());
-      distances.real_to_real.emplace_back();
-      for (const HemRecord* b : repeats)
-        distances.real_to_real.back().push_back(a == b ? 0 : hem_distance_m(a->hem, b->hem));
+    const auto distances_from = [&repeats = repeats](const HemRecord& hem) {
+      std::vector<double> row;
+      for (const HemRecord* one : repeats)
+        row.push_back(one == &hem ? 0 : hem_distance_m(one->hem, hem.hem));
+      return row;
+    };
+    for (const HemRecord* one : repeats) {
+      coefficients.push_back(one->drape_coefficient());
+      distances.real_to_real.push_back(distances_from(*one));
     }
     for (const HemRecord& candidate : virtual_hems) {
-      HemMatch match;
-      match.fabric = name.first;
-      match.face = name.second;
-      match.virtual_file = candidate.file;
-      match.repeats = static_cast<int>(repeats.size());
-      distances.virtual_to_real.clear();
-      for (const HemRecord* a : repeats)
-        distances.virtual_to_real.push_back(hem_distance_m(a->hem, candidate.hem));
-      match.drape_coefficient = judge_value(coefficients, candidate.drape_coefficient(),
-                                            options.priors.drape_coefficient, options.significance);
-      match.hem =
-          judge_distance(distances, options.priors.hem_score, kLeast_m, options.significance);
+      distances.virtual_to_real = distances_from(candidate);
+      HemMatch match{
+          name.first,
+          name.second,
+          candidate.file,
+          static_cast<int>(repeats.size()),
+          judge_value(coefficients, candidate.drape_coefficient(), options.priors.drape_coefficient,
+                      options.significance),
+          judge_distance(distances, options.priors.hem_score, kCopies_m, options.significance)};
       match.p = joint_p({match.drape_coefficient, match.hem});
       const auto detectable = match.drape_coefficient.detectable;
       const double width = std::sqrt(repeats.front()->specimen_area_m2);
       if (!candidate.go)
         match.reason = candidate.warnings.back();
       else if (std::abs(std::sqrt(candidate.specimen_area_m2) - width) > kLengthTolerance * width)
-        match.reason = fmt::format("its specimen has another flat area, {:.0f} and not {:.0f} mm2",
-                                   candidate.specimen_area_m2 / (units::mm * units::mm),
-                                   width * width / (units::mm * units::mm));
+        match.reason =
+            fmt::format("its specimen has another flat area, {:.0f} and not {:.0f} mm2",
+                        candidate.specimen_area_m2 / (mm * mm), width * width / (mm * mm));
       else if (!match.p)
         match.reason = "one drape and no prior: nothing is known of its repeats";
       else if (*match.p < options.significance)
@@ -817,6 +742,25 @@ std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
     }
   }
   return matches;
+}
+
+void fields(Fields& f, VarianceComponents::FaceMean& one) {
+  f({"face", "side of the cloth that faces up"}, one.face);
+  f({"mean_percent", "mean drape coefficient"}, one.mean);
+}
+
+void fields(Fields& f, HemNumber& one) {
+  f({"value", "value in the unit at the end of its name"}, one.value);
+  f({"u", "expanded uncertainty, k = 2; null if not known"}, one.u);
+}
+
+void fields(Fields& f, FabricVariance& one) {
+  f({"fabric", "name"}, one.fabric);
+  f({"drapes", "number of hems"}, one.found.drapes);
+  f({"faces", "means of the faces"}, one.found.face_means);
+  f({"samples", "samples"}, one.found.samples);
+  f({"repeat_sd_percent", "standard deviation of repeats"}, one.found.repeat_sd);
+  f({"sample_sd_percent", "standard deviation of samples"}, one.found.sample_sd);
 }
 
 void fields(Fields& f, DrapemeterGeometry& geometry) {
@@ -841,9 +785,8 @@ void fields(Fields& f, HemRecord& record) {
   text_or_null(f, {"repeat", "name"}, record.repeat);
   text_or_null(f, {"scale", "source of the scale; null for millimetres"}, record.basis);
   f({"specimen_area_mm2", "flat area of the specimen", mm * mm}, record.specimen_area_m2);
-  std::vector<std::pair<std::string, ValueWithU>> numbers;
-  for (const HemNumber& number : record.numbers)
-    numbers.emplace_back(number.name, ValueWithU{number.value, number.u});
+  std::vector<std::pair<std::string, HemNumber>> numbers;
+  for (const HemNumber& number : record.numbers) numbers.emplace_back(number.name, number);
   f({"numbers", "drapemeter values"}, numbers);
   f({"nodes", "folds of the hem"}, record.nodes);
   std::vector<double> radius_m = thinned(record.hem.radius_m);
@@ -876,15 +819,7 @@ void fields(Fields& f, HemsFile& file) {
   f({"geometry", "disc and specimen"}, file.geometry);
   f({"hems", "hems read"}, file.hems);
   f({"refused", "files that were refused, with the reason"}, file.refused);
-  std::map<std::string, std::pair<std::vector<RepeatKey>, std::vector<double>>> fabrics;
-  for (const HemRecord& hem : file.hems) {
-    if (hem.numbers.empty()) continue;  // for walks that only document the format
-    fabrics[hem.fabric].first.push_back(hem.key());
-    fabrics[hem.fabric].second.push_back(hem.drape_coefficient());
-  }
-  std::vector<FabricVariance> variance;
-  for (const auto& [fabric, values] : fabrics)
-    variance.push_back({fabric, variance_components(values.first, values.second)});
+  std::vector<FabricVariance> variance = variances_of(file.hems);
   f({"variance", "scatter of each fabric"}, variance);
   f({"significance", "probability that a real repeat counts as outside"}, file.significance);
   f({"matches", "comparison of virtual hems with repeats"}, file.matches);

@@ -93,9 +93,9 @@ struct HemMatch {
   std::string fabric, face, virtual_file;
   int repeats = 0;
   Judgement drape_coefficient, hem;
-  std::optional<double> p;
+  std::optional<double> p = {};
   Match verdict = Match::inside;
-  std::string reason;  ///< why it is undecided, or empty
+  std::string reason = {};  ///< why it is undecided, or empty
 };
 
 struct MatchOptions {
@@ -110,6 +110,14 @@ struct MatchOptions {
 [[nodiscard]] std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
                                                const std::vector<HemRecord>& virtual_hems,
                                                const MatchOptions& options);
+
+/// Drapes of a fabric, with the scatter between its samples and between repeats.
+struct FabricVariance {
+  std::string fabric;
+  VarianceComponents found;
+};
+/// Variances of the drape coefficients, by name of the fabric.
+[[nodiscard]] std::vector<FabricVariance> variances_of(const std::vector<HemRecord>& hems);
 
 /// Content of hems.csv, which read_hems() reads: one row per hem with disc_mm, specimen_mm (empty
 /// for a sheet), the flat area if measured, the reason for a NO-GO (or empty), its numbers (prefix

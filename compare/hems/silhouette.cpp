@@ -47,10 +47,6 @@ cv::Mat read_grey(const std::filesystem::path& file) {
 /// Counts of pixels by grey, in 1024 levels.
 using Histogram = std::array<std::int64_t, 1024>;
 
-void count(float grey, Histogram& counts) {
-  ++counts[static_cast<std::size_t>(std::clamp(std::lround(grey * 1023), 0L, 1023L))];
-}
-
 /// Closed lines of constant grey, with the side above `level` on the left (y up), by marching
 /// squares with linear interpolation; at a saddle the mean grey decides which corners are joined.
 class Contours {
@@ -98,27 +94,19 @@ class Contours {
     // Corners and edges clockwise around the cell: top left, top right, bottom right, bottom left.
     const std::array<bool, 4> above = {at(x, y) >= level_, at(x + 1, y) >= level_,
                                        at(x + 1, y + 1) >= level_, at(x, y + 1) >= level_};
-    const int code = above[0] + above[1] + above[2] + above[3];
-    if (code == 0 || code == 4) return;
+    if (above[0] == above[1] && above[0] == above[2] && above[0] == above[3]) return;
     const std::array<std::int64_t, 4> edges = {edge(x, y, 0), edge(x + 1, y, 1), edge(x, y + 1, 0),
                                                edge(x, y, 1)};
     // Clockwise on the screen, a line leaves through the edge after which the values fall below the
-    // level, and enters where they rise above it.
-    std::array<int, 2> ends{}, begins{};
-    int end_count = 0, begin_count = 0;
-    for (int k = 0; k < 4; ++k) {
-      if (above[k] && !above[(k + 1) % 4]) ends[end_count++] = k;
-      if (!above[k] && above[(k + 1) % 4]) begins[begin_count++] = k;
-    }
-    if (end_count == 1) {
-      next_[edges[begins[0]]] = edges[ends[0]];
-      return;
-    }
+    // level, and enters where they rise above it. Joined higher corners: each line cuts off a lower
+    // one; else it goes round a higher one.
     const bool joined = at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) >= 4 * level_;
-    for (int k = 0; k < 2; ++k) {
-      // Joined higher corners: each line cuts off a lower one; else it goes round a higher one.
-      const int end = joined ? (begins[k] + 3) % 4 : (begins[k] + 1) % 4;
-      next_[edges[begins[k]]] = edges[end];
+    const auto falls = [&](int k) { return above[k] && !above[(k + 1) % 4]; };
+    for (int k = 0; k < 4; ++k) {
+      if (above[k] || !above[(k + 1) % 4]) continue;
+      int end = k;
+      while (!falls(end)) end = (end + (joined ? 3 : 1)) % 4;
+      next_[edges[k]] = edges[end];
     }
   }
 
@@ -152,15 +140,11 @@ Outline outline_at(const cv::Mat& grey, const Silhouette& silhouette, double par
   return largest;
 }
 
-struct Component {
-  cv::Rect box;
-  int label = 0;
-};
-
-/// The largest connected region of pixels that differ from the border's class.
-Component largest_component(const cv::Mat& mask, const std::string& file, cv::Mat& labels,
-                            Silhouette& silhouette) {
-  cv::Mat statistics, centroids;
+/// Box of the largest connected region of pixels that differ from the border's class, which
+/// `object` marks.
+cv::Rect largest_component(const cv::Mat& mask, const std::string& file, cv::Mat& object,
+                           Silhouette& silhouette) {
+  cv::Mat labels, statistics, centroids;
   const int count = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 4);
   int best = 0, area = 0;
   const auto area_of = [&](int label) { return statistics.at<int>(label, cv::CC_STAT_AREA); };
@@ -182,7 +166,8 @@ Component largest_component(const cv::Mat& mask, const std::string& file, cv::Ma
                        box[cv::CC_STAT_HEIGHT]);
   if (found.x == 0 || found.y == 0 || found.br().x == mask.cols || found.br().y == mask.rows)
     refuse(file, "the silhouette touches the picture's border", "show the whole hem");
-  return {found, best};
+  object = labels == best;
+  return found;
 }
 
 double otsu_level(const cv::Mat& grey) {
@@ -199,7 +184,7 @@ struct Moments {
 /// Adds the length covered by a line at `y`, times `height`; pieces can be in any order.
 void add_line(std::vector<std::pair<double, double>>& pieces, double y, double height,
               Moments& moments) {
-  std::sort(pieces.begin(), pieces.end());
+  std::ranges::sort(pieces);
   for (std::size_t i = 0; i < pieces.size();) {
     const double from = pieces[i].first;
     double to = pieces[i].second;
@@ -245,39 +230,23 @@ Moments covered(const ShadowMesh& mesh) {
 
 /// Ellipse with the outline's second moments of area; exact for an ellipse.
 struct EllipseFit {
-  Vector2d centre, semi_axes;  ///< larger semi-axis first
-  Eigen::Matrix2d axes;        ///< unit directions in columns
-  double misfit = 0;           ///< RMS distance of the outline relative to the mean semi-axis
+  Vector2d semi_axes;    ///< larger semi-axis first
+  Eigen::Matrix2d axes;  ///< unit directions in columns
+  double misfit = 0;     ///< RMS distance of the outline relative to the mean semi-axis
 };
 
 EllipseFit ellipse_of(const Outline& outline) {
-  const std::size_t n = outline.size();
-  const Vector2d origin = n == 0 ? Vector2d::Zero().eval() : outline.front();
-  double area = 0;
-  Vector2d first = Vector2d::Zero();
-  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vector2d a = outline[i] - origin, b = outline[(i + 1) % n] - origin;
-    const double twice = cross(a, b);
-    area += twice / 2;
-    first += twice / 6 * (a + b);
-    second +=
-        twice / 24 *
-        (2 * a * a.transpose() + 2 * b * b.transpose() + a * b.transpose() + b * a.transpose());
-  }
+  const AreaMoments moments = moments_of(outline);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(moments.spread);
   EllipseFit fit;
-  fit.centre = first / area;
-  const Eigen::Matrix2d spread = second / area - fit.centre * fit.centre.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(spread);
   fit.semi_axes = 2 * solved.eigenvalues().reverse().cwiseMax(0.0).cwiseSqrt();
   fit.axes = solved.eigenvectors().rowwise().reverse();
   double squares = 0;
   for (const Vector2d& p : outline) {
-    const Vector2d local = fit.axes.transpose() * (p - origin - fit.centre);
+    const Vector2d local = fit.axes.transpose() * (p - moments.centre);
     squares += std::pow(local.cwiseQuotient(fit.semi_axes).norm() - 1, 2);
   }
-  fit.misfit = std::sqrt(squares / static_cast<double>(n));
-  fit.centre += origin;
+  fit.misfit = std::sqrt(squares / static_cast<double>(outline.size()));
   return fit;
 }
 
@@ -296,17 +265,16 @@ Silhouette read_silhouette(const std::filesystem::path& file) {
   }
   const bool light_around = 2 * light > border;
   const cv::Mat mask = light_around ? cv::Mat(grey <= level) : cv::Mat(grey > level);
-  cv::Mat labels;
-  const Component component = largest_component(mask, file.string(), labels, silhouette);
+  cv::Mat object, levels;
+  const cv::Rect box = largest_component(mask, file.string(), object, silhouette);
   Histogram inside{}, outside{};
-  for (int y = 0; y < grey.rows; ++y) {
-    for (int x = 0; x < grey.cols; ++x) {
-      if (labels.at<int>(y, x) == component.label)
-        count(grey.at<float>(y, x), inside);
+  grey.convertTo(levels, CV_16U, 1023);
+  for (int y = 0; y < grey.rows; ++y)
+    for (int x = 0; x < grey.cols; ++x)
+      if (object.at<unsigned char>(y, x) != 0)
+        ++inside[levels.at<std::uint16_t>(y, x)];
       else if (mask.at<unsigned char>(y, x) == 0)
-        count(grey.at<float>(y, x), outside);
-    }
-  }
+        ++outside[levels.at<std::uint16_t>(y, x)];
   silhouette.background = counted_quantile(outside, 0.5) / 1023;
   silhouette.object = counted_quantile(inside, 0.5) / 1023;
   const double contrast = std::abs(silhouette.object - silhouette.background);
@@ -314,11 +282,9 @@ Silhouette read_silhouette(const std::filesystem::path& file) {
     refuse(file.string(), fmt::format("the contrast is {:.1f} % of the grey range", 100 * contrast),
            "photograph dark cloth on light, or light on dark");
   // Blur extends beyond the region: its box, enlarged by half on each side, contains all of it.
-  const cv::Rect& box = component.box;
   const int margin = std::max(box.width, box.height) / 2;
-  const cv::Rect frame =
-      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
-      cv::Rect(0, 0, grey.cols, grey.rows);
+  const cv::Rect frame = (box - cv::Point(margin, margin) + cv::Size(2 * margin, 2 * margin)) &
+                         cv::Rect({0, 0}, grey.size());
   silhouette.half = outline_at(grey, silhouette, 0.5, frame, &silhouette.hole);
   silhouette.quarter = outline_at(grey, silhouette, 0.25, frame, nullptr);
   silhouette.three_quarters = outline_at(grey, silhouette, 0.75, frame, nullptr);
@@ -334,13 +300,12 @@ PictureScale scale_of_pixel(double m_per_px, std::optional<double> relative_u) {
 }
 
 PictureScale scale_of_ruler(const Vector2d& from_px, const Vector2d& to_px, double length_m) {
-  const double length_px = (to_px - from_px).norm();
+  const double length_px = (to_px - from_px).norm(), m_per_px = length_m / length_px;
   if (!(length_px > 10))
     throw usage_error("the ruler is shorter than ten pixels", "give two points far apart");
-  PictureScale scale =
-      scale_of_pixel(length_m / length_px, std::sqrt(2.0) * kRulerPoint_px / length_px);
-  scale.basis = fmt::format("{:.6g} mm/px from a ruler of {:g} mm",
-                            length_m / length_px / units::mm, length_m / units::mm);
+  PictureScale scale = scale_of_pixel(m_per_px, std::sqrt(2.0) * kRulerPoint_px / length_px);
+  scale.basis = fmt::format("{:.6g} mm/px from a ruler of {:g} mm", m_per_px / units::mm,
+                            length_m / units::mm);
   return scale;
 }
 

@@ -129,12 +129,6 @@ class Contents {
 using Text = std::string;
 using Places = std::vector<Eigen::Vector2d>;
 
-Places marks_of(const Sheet& sheet) {
-  Places places;
-  for (const SheetMark& mark : sheet.marks) places.push_back(mark.material_m);
-  return places;
-}
-
 /// Recomputes the numbers of the store from its blobs.
 class Recomputation {
  public:
@@ -226,15 +220,7 @@ class Recomputation {
   /// same cloth.
   [[nodiscard]] std::vector<Places> places_of(const std::optional<Text>& measured,
                                               const Text& first, int points) {
-    if (measured) {
-      const Sheet real = contents_.sheet(*measured);
-      const auto lattice = LatticeCoordinates::of(real, *measured);
-      if (!lattice) return {marks_of(real)};
-      Places all;
-      for (int row = 0; row < real.rows; ++row)
-        for (int col = 0; col < real.cols; ++col) all.push_back(lattice->at({row, col}));
-      return {all};
-    }
+    if (measured) return {lattice_places_of(contents_.sheet(*measured), *measured)};
     std::vector<Places> all;
     for (const auto& [warp_mm, weft_mm] : reader_.rows<double, double>(
              "SELECT patch_warp_mm, patch_weft_mm FROM sheet WHERE sha256 = ?", {first})) {
@@ -246,7 +232,7 @@ class Recomputation {
                  "FROM simulation WHERE simulator = 'drapebench') AND sha256 IN (SELECT sha256 "
                  "FROM blob) GROUP BY rows, cols",
                  {warp_mm, weft_mm, points}))
-          known->second.push_back(marks_of(contents_.sheet(sheet)));
+          known->second.push_back(compare::places_of(contents_.sheet(sheet)));
       all = known->second;
     }
     if (all.empty()) throw Absent();

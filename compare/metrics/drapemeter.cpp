@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <unsupported/Eigen/FFT>
 
 #include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
@@ -25,43 +27,13 @@ constexpr double kFoldRatio = 0.02;  ///< least prominence of a crest, relative 
 constexpr double kSmoothing_rad =
     0.052;  ///< Gaussian smoothing of the radius before counting nodes (3 degrees)
 
-double mean_at(const std::vector<double>& values, const std::vector<std::size_t>& places) {
-  double sum = 0;
-  for (const std::size_t place : places) sum += values[place];
-  return sum / static_cast<double>(places.size());
-}
-
-std::vector<double> synthesised(const std::vector<std::complex<double>>& spectrum) {
-  std::vector<double> radius(static_cast<std::size_t>(kRays), spectrum[0].real());
-  for (std::size_t k = 1; k < spectrum.size(); ++k) {
-    const std::complex<double> step = std::polar(1.0, kTurn * static_cast<double>(k) / kRays);
-    std::complex<double> turned = spectrum[k];
-    for (double& r : radius) {
-      r += turned.real();
-      turned *= step;
-    }
-  }
-  return radius;
-}
-
-/// Circular Gaussian smoothing with standard deviation `sigma` (rad), truncated at four sigma.
-std::vector<double> smoothed(const std::vector<double>& radius, double sigma) {
-  const auto n = static_cast<std::ptrdiff_t>(radius.size());
-  const double step = kTurn / static_cast<double>(n);
-  const auto reach = std::min(static_cast<std::ptrdiff_t>(4 * sigma / step), (n - 1) / 2);
-  std::vector<double> weight;
-  double total = 0;
-  for (std::ptrdiff_t j = -reach; j <= reach; ++j) {
-    const double at = static_cast<double>(j) * step / sigma;
-    weight.push_back(std::exp(-0.5 * at * at));
-    total += weight.back();
-  }
-  std::vector<double> result(radius.size(), 0.0);
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    for (std::ptrdiff_t j = -reach; j <= reach; ++j)
-      result[i] += weight[j + reach] / total * radius[(i + j + n) % n];
-  }
-  return result;
+/// Circular Gaussian smoothing with standard deviation kSmoothing_rad.
+std::vector<double> smoothed(const std::vector<double>& radius) {
+  const double most = std::min(6 / kSmoothing_rad, (static_cast<double>(radius.size()) - 1) / 2);
+  auto spectrum = spectrum_of(radius, static_cast<int>(most));
+  for (std::size_t k = 0; k < spectrum.size(); ++k)
+    spectrum[k] *= std::exp(-0.5 * std::pow(static_cast<double>(k) * kSmoothing_rad, 2));
+  return radii_of(std::move(spectrum), kRays);
 }
 
 Hem scaled(const Hem& hem, double factor) {
@@ -70,32 +42,6 @@ Hem scaled(const Hem& hem, double factor) {
   result.area_m2 *= factor * factor;
   for (double& r : result.radius_m) r *= factor;
   return result;
-}
-
-/// Alternating crests and valleys around a closed outline that differ by at least `least_m`: an
-/// extreme counts once the radius has changed from it by that much. Indices into the outline; equal
-/// numbers of crests and valleys.
-struct Extremes {
-  std::vector<std::size_t> crests, valleys;
-};
-Extremes extremes_of(const std::vector<double>& radius, double least) {
-  Extremes found;
-  // Starting at the lowest point, the first significant extreme is a crest.
-  const auto start =
-      static_cast<std::size_t>(std::min_element(radius.begin(), radius.end()) - radius.begin());
-  bool climbing = true;
-  std::size_t extreme = start;
-  for (std::size_t i = 1; i <= radius.size(); ++i) {
-    const std::size_t here = (start + i) % radius.size();
-    if (climbing ? radius[here] > radius[extreme] : radius[here] < radius[extreme]) extreme = here;
-    if (std::abs(radius[extreme] - radius[here]) < least) continue;
-    (climbing ? found.crests : found.valleys).push_back(extreme);
-    climbing = !climbing;
-    extreme = here;
-  }
-  // The walk ends in the valley where it started.
-  if (!climbing) found.valleys.push_back(extreme);
-  return found;
 }
 
 /// Area of an obstacle's flat top, if it is an upright box; nullopt for a sphere.
@@ -111,34 +57,6 @@ std::optional<double> support_area_m2(const Obstacle& obstacle) {
 }
 
 }  // namespace
-
-std::vector<std::complex<double>> spectrum_of(const std::vector<double>& radius, int most) {
-  const auto n = static_cast<double>(radius.size());
-  const auto orders = static_cast<std::size_t>(most) + 1;
-  // Separate real and imaginary parts, so that the compiler can vectorise over orders.
-  std::vector<double> step_re(orders), step_im(orders), re(orders, 1.0), im(orders, 0.0);
-  std::vector<double> sum_re(orders, 0.0), sum_im(orders, 0.0);
-  for (std::size_t k = 0; k < orders; ++k) {
-    const std::complex<double> step = std::polar(1.0, -kTurn * static_cast<double>(k) / n);
-    step_re[k] = step.real();
-    step_im[k] = step.imag();
-  }
-  for (const double r : radius) {
-    for (std::size_t k = 0; k < orders; ++k) {
-      sum_re[k] += r * re[k];
-      sum_im[k] += r * im[k];
-      const double turned = re[k] * step_re[k] - im[k] * step_im[k];
-      im[k] = re[k] * step_im[k] + im[k] * step_re[k];
-      re[k] = turned;
-    }
-  }
-  std::vector<std::complex<double>> result;
-  for (std::size_t k = 0; k < orders; ++k) {
-    const double part = k == 0 ? 1 / n : 2 / n;
-    result.emplace_back(sum_re[k] * part, sum_im[k] * part);
-  }
-  return result;
-}
 
 std::optional<std::vector<double>> closed(const std::vector<std::optional<double>>& outline) {
   std::vector<double> radius;
@@ -159,8 +77,8 @@ std::vector<MarkId> border_of(int rows, int cols) {
 
 std::string why_no_hem(const Sheet& sheet) {
   const std::vector<MarkId> border = border_of(sheet.rows, sheet.cols);
-  const auto missing = std::count_if(border.begin(), border.end(),
-                                     [&](MarkId id) { return sheet.find(id) == nullptr; });
+  const auto missing =
+      std::ranges::count_if(border, [&](MarkId id) { return sheet.find(id) == nullptr; });
   if (missing == 0) return {};
   return fmt::format("the hem was not measured all around: {} of {} outermost marks are missing",
                      missing, border.size());
@@ -202,7 +120,7 @@ std::optional<Eigen::Vector2d> centre_of(const Obstacle& obstacle) {
 
 std::vector<std::optional<double>> shadow_outline(const Sheet& sheet,
                                                   const Eigen::Vector2d& centre_m, int rays) {
-  std::vector<std::optional<double>> outline(static_cast<std::size_t>(rays));
+  std::vector<std::optional<double>> outline(rays);
   for (const SheetMark& mark : sheet.marks)
     for (const MarkId next :
          {MarkId{mark.mark.row + 1, mark.mark.col}, MarkId{mark.mark.row, mark.mark.col + 1}})
@@ -226,8 +144,13 @@ Drapemeter drapemeter_of(const std::vector<double>& radius_m, double flat_area_m
   result.mean_radius_m = mean_of(radius_m);
   const Extremes extremes = extremes_of(radius_m, kFoldRatio * result.mean_radius_m);
   result.folds = static_cast<int>(extremes.crests.size());
+  const auto mean_at = [&](const std::vector<std::size_t>& places) {
+    double sum = 0;
+    for (const std::size_t place : places) sum += radius_m[place];
+    return sum / static_cast<double>(places.size());
+  };
   if (!extremes.crests.empty() && !extremes.valleys.empty())
-    result.fold_depth_m = mean_at(radius_m, extremes.crests) - mean_at(radius_m, extremes.valleys);
+    result.fold_depth_m = mean_at(extremes.crests) - mean_at(extremes.valleys);
   const auto spectrum = spectrum_of(radius_m, kHarmonics);
   for (int order = 1; order <= kHarmonics; ++order) {
     const std::complex<double> one = std::conj(spectrum[static_cast<std::size_t>(order)]);
@@ -263,19 +186,30 @@ DrapemeterGeometry geometry_of(StandardTest test) {
   return {std::string(name_of(test)), disc_m, specimen_m};
 }
 
+AreaMoments moments_of(const std::vector<Vector2d>& outline) {
+  AreaMoments moments;
+  if (outline.empty()) return moments;
+  const Vector2d& origin = outline.front();
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Vector2d a = outline[i] - origin, b = outline[(i + 1) % outline.size()] - origin;
+    const double twice = cross(a, b);
+    moments.area += twice / 2;
+    moments.centre += twice / 6 * (a + b);
+    moments.spread +=
+        twice / 24 * (a * a.transpose() + b * b.transpose() + (a + b) * (a + b).transpose());
+  }
+  moments.centre /= moments.area;
+  moments.spread = moments.spread / moments.area - moments.centre * moments.centre.transpose();
+  moments.centre += origin;
+  return moments;
+}
+
 Hem hem_of_outline(const std::vector<Vector2d>& outline_m) {
   const std::size_t n = outline_m.size();
-  Hem hem{Vector2d::Zero(), 0, {}, {}};
   if (n < 3) throw bad_input("the outline has fewer than three points", {}, "check the picture");
-  const Vector2d& origin = outline_m.front();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vector2d a = outline_m[i] - origin, b = outline_m[(i + 1) % n] - origin;
-    hem.area_m2 += cross(a, b) / 2;
-    hem.centre_m += cross(a, b) * (a + b) / 6;
-  }
-  hem.centre_m = origin + hem.centre_m / hem.area_m2;
-  hem.area_m2 = std::abs(hem.area_m2);
-  std::vector<std::optional<double>> radius(static_cast<std::size_t>(kRays));
+  const AreaMoments moments = moments_of(outline_m);
+  Hem hem{moments.centre, std::abs(moments.area), {}, {}};
+  std::vector<std::optional<double>> radius(kRays);
   for (std::size_t i = 0; i < n; ++i)
     raise_outline(radius, outline_m[i] - hem.centre_m, outline_m[(i + 1) % n] - hem.centre_m);
   const auto whole = closed(radius);
@@ -290,11 +224,11 @@ Hem hem_of_radii(const std::vector<double>& radius_m) {
   for (const double r : radius_m) square += r * r;
   const double area = std::numbers::pi * square / static_cast<double>(radius_m.size());
   const auto spectrum = spectrum_of(radius_m, (static_cast<int>(radius_m.size()) - 1) / 2);
-  return {Vector2d::Zero(), area, synthesised(spectrum), {}};
+  return {Vector2d::Zero(), area, radii_of(spectrum, kRays), {}};
 }
 
 std::vector<HemNode> nodes_of(const Hem& hem) {
-  const std::vector<double> radius = smoothed(hem.radius_m, kSmoothing_rad);
+  const std::vector<double> radius = smoothed(hem.radius_m);
   const double mean = mean_of(radius);
   const Extremes found = extremes_of(radius, kFoldRatio * mean);
   const std::size_t n = radius.size(), count = found.crests.size();
@@ -309,8 +243,7 @@ std::vector<HemNode> nodes_of(const Hem& hem) {
     nodes.push_back({step * static_cast<double>(crest), radius[crest],
                      (radius[crest] - valleys) / 2, mean * step * static_cast<double>(gap)});
   }
-  std::sort(nodes.begin(), nodes.end(),
-            [](const HemNode& a, const HemNode& b) { return a.angle_rad < b.angle_rad; });
+  std::ranges::sort(nodes, {}, &HemNode::angle_rad);
   return nodes;
 }
 
@@ -321,7 +254,7 @@ std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geom
   const double ring = specimen_radius - geometry.disc_m / 2;
   const auto spectrum = spectrum_of(hem.radius_m, kHemOrders);
   const double mean = spectrum[0].real();
-  const auto [least, most] = std::minmax_element(hem.radius_m.begin(), hem.radius_m.end());
+  const auto [least, most] = std::ranges::minmax_element(hem.radius_m);
   const std::vector<HemNode> nodes = nodes_of(hem);
   double amplitude = 0, wavelength = 0;
   for (const HemNode& node : nodes) {
@@ -349,37 +282,34 @@ std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
   std::vector<HemNumber> numbers = numbers_of(hem, geometry);
   if (!errors.edges && !errors.scale_u && !errors.tilts) return numbers;
   std::vector<double> squares(numbers.size(), 0.0);
-  const auto add = [&](const Hem& low, const Hem& high, double divisor) {
+  const auto add = [&](const Hem& low, const Hem& high, const auto& deviation) {
     const auto a = numbers_of(low, geometry), b = numbers_of(high, geometry);
     for (std::size_t i = 0; i < squares.size(); ++i)
-      squares[i] += std::pow((b[i].value - a[i].value) / divisor, 2);
-  };
-  if (errors.edges) add(errors.edges->first, errors.edges->second, 2 * std::sqrt(3.0));
-  if (errors.scale_u) add(scaled(hem, 1 - *errors.scale_u), scaled(hem, 1 + *errors.scale_u), 2);
-  if (errors.tilts) {
-    const auto a = numbers_of(errors.tilts->first, geometry);
-    const auto b = numbers_of(errors.tilts->second, geometry);
-    for (std::size_t i = 0; i < squares.size(); ++i) {
-      const double value = numbers[i].value;  // an amplitude may exceed it on both sides
       squares[i] +=
-          std::pow(std::max(std::abs(a[i].value - value), std::abs(b[i].value - value)), 2) / 3;
-    }
-  }
+          std::pow(deviation(a[i].value - numbers[i].value, b[i].value - numbers[i].value), 2);
+  };
+  if (errors.edges)
+    add(errors.edges->first, errors.edges->second,
+        [](double a, double b) { return (b - a) / std::sqrt(12.0); });
+  if (errors.scale_u)
+    add(scaled(hem, 1 - *errors.scale_u), scaled(hem, 1 + *errors.scale_u),
+        [](double a, double b) { return (b - a) / 2; });
+  if (errors.tilts)  // an amplitude may exceed its value on both sides
+    add(errors.tilts->first, errors.tilts->second,
+        [](double a, double b) { return std::max(std::abs(a), std::abs(b)) / std::sqrt(3.0); });
   for (std::size_t i = 0; i < squares.size(); ++i) numbers[i].u = 2 * std::sqrt(squares[i]);
   return numbers;
 }
 
 double number_named(const std::vector<HemNumber>& numbers, const std::string& name) {
-  const auto found = std::find_if(numbers.begin(), numbers.end(),
-                                  [&](const HemNumber& number) { return number.name == name; });
+  const auto found = std::ranges::find(numbers, name, &HemNumber::name);
   if (found == numbers.end()) throw internal_error("no number of a hem is called " + name);
   return found->value;
 }
 
-std::vector<double> order_amplitudes_m(const Hem& hem) {
-  std::vector<double> amplitudes;
-  for (const auto& one : spectrum_of(hem.radius_m, kHemOrders)) amplitudes.push_back(std::abs(one));
-  return amplitudes;
+Eigen::VectorXd order_amplitudes_m(const Hem& hem) {
+  const auto spectrum = spectrum_of(hem.radius_m, kHemOrders);
+  return Eigen::Map<const Eigen::VectorXcd>(spectrum.data(), kHemOrders + 1).cwiseAbs();
 }
 
 std::vector<double> thinned(const std::vector<double>& radius) {
@@ -391,19 +321,21 @@ std::vector<double> thinned(const std::vector<double>& radius) {
 
 double hem_distance_m(const Hem& first, const Hem& second) {
   const std::vector<double> a = thinned(first.radius_m), b = thinned(second.radius_m);
-  double squares = 0, best = 0;
-  for (int i = 0; i < kHemRays; ++i) squares += a[i] * a[i] + b[i] * b[i];
-  // b repeated: each rotation of b is a part of it.
-  std::array<double, 2 * kHemRays> twice;
-  std::copy(b.begin(), b.end(), twice.begin());
-  for (int mirrored = 0; mirrored < 2; ++mirrored) {
-    std::copy_n(twice.begin(), kHemRays, twice.begin() + kHemRays);
-    std::array<double, kHemRays> products{};
-    for (int i = 0; i < kHemRays; ++i)
-      for (int turn = 0; turn < kHemRays; ++turn) products[turn] += a[i] * twice[i + turn];
-    best = std::max(best, *std::max_element(products.begin(), products.end()));
-    std::reverse(twice.begin(), twice.begin() + kHemRays);
+  Eigen::FFT<double> transform;
+  std::vector<std::complex<double>> of_a, of_b;
+  std::vector<double> products;
+  transform.fwd(of_a, a);
+  transform.fwd(of_b, b);
+  double best = 0;
+  for (const bool mirrored : {false, true}) {
+    std::vector<std::complex<double>> turned;
+    for (std::size_t k = 0; k < of_a.size(); ++k)
+      turned.push_back((mirrored ? of_a[k] : std::conj(of_a[k])) * of_b[k]);
+    transform.inv(products, turned);
+    best = std::max(best, *std::ranges::max_element(products));
   }
+  const double squares = std::inner_product(a.begin(), a.end(), a.begin(), 0.0) +
+                         std::inner_product(b.begin(), b.end(), b.begin(), 0.0);
   return std::sqrt(std::max(0.0, (squares - 2 * best) / kHemRays));
 }
 

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <complex>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/fields/fields.hpp"
+#include "core/geometry/outline.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
@@ -49,10 +49,6 @@ void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vec
 /// The radii of an outline, or nullopt if one is missing.
 [[nodiscard]] std::optional<std::vector<double>> closed(
     const std::vector<std::optional<double>>& outline);
-
-/// Fourier coefficients c_k, k = 0 .. most: radius(angle) = sum over k of Re(c_k exp(i k angle)).
-[[nodiscard]] std::vector<std::complex<double>> spectrum_of(const std::vector<double>& radius,
-                                                            int most);
 
 /// Outline of the shadow: largest distance from the centre at which a ray meets an edge of the
 /// sheet's cells; exact where rays meet vertices. nullopt at rays without cloth.
@@ -100,6 +96,14 @@ struct Hem {
                                        ///< outermost where a ray crosses the hem more than once
   std::optional<double> flat_area_m2;  ///< flat specimen, if known better than from its size
 };
+
+/// Moments of the area inside a closed outline without crossings, exact for a polygon.
+struct AreaMoments {
+  double area = 0;  ///< positive if it runs counter-clockwise
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  ///< covariance of the points inside
+};
+[[nodiscard]] AreaMoments moments_of(const std::vector<Eigen::Vector2d>& outline);
 
 /// Hem of a closed outline without crossings, in either orientation. Throws Error(bad_input),
 /// without a location, if the outline does not surround its centre.
@@ -156,7 +160,7 @@ struct HemErrors {
 
 /// Amplitudes of the radius' Fourier orders 0 (its mean) to kHemOrders, in metres; invariant to
 /// rotation and reflection of the hem.
-[[nodiscard]] std::vector<double> order_amplitudes_m(const Hem& hem);
+[[nodiscard]] Eigen::VectorXd order_amplitudes_m(const Hem& hem);
 
 /// Number of radii of a hem that are stored and compared, one every 5 degrees.
 inline constexpr int kHemRays = 72;
@@ -164,6 +168,7 @@ inline constexpr int kHemRays = 72;
 
 /// RMS difference of two hems' radii after the best rotation, also with reflection; 72 rays.
 [[nodiscard]] double hem_distance_m(const Hem& a, const Hem& b);
+inline constexpr double kCopies_m = 1e-6;  ///< hems at a smaller distance are copies
 
 }  // namespace drape::compare
 

@@ -20,35 +20,6 @@ namespace {
 constexpr double kEdgeTolerance_m = 1e-9;
 constexpr double kLatticeTolerance_m = 1e-6;
 
-/// Sets, or checks, the common coordinate of all marks of a row (or column).
-void agree(std::optional<double>& slot, double value, const SheetMark& mark, const char* axis,
-           const std::string& file) {
-  if (slot && std::abs(*slot - value) > kLatticeTolerance_m) {
-    throw bad_input(
-        fmt::format("the {} coordinate of mark ({}, {}) is {} mm, of its neighbours {} mm", axis,
-                    mark.mark.row, mark.mark.col, value / units::mm, *slot / units::mm),
-        {.file = file, .field = "material_mm"},
-        "give a sheet whose points form a rectangular grid in material coordinates");
-  }
-  if (!slot) slot = value;
-}
-
-std::vector<double> complete(const std::vector<std::optional<double>>& slots, const char* axis,
-                             const std::string& file) {
-  std::vector<double> values;
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    if (!slots[i] || (i > 0 && *slots[i] <= values.back())) {
-      throw bad_input(fmt::format("line {} along the {} has no point, or its material coordinate "
-                                  "does not grow",
-                                  i, axis),
-                      {.file = file, .field = "material_mm"},
-                      "give a simulated sheet without empty rows or columns");
-    }
-    values.push_back(*slots[i]);
-  }
-  return values;
-}
-
 /// Index of the cell that contains `x`, and the position within it, 0..1.
 std::optional<std::pair<std::size_t, double>> cell_of(const std::vector<double>& lines, double x) {
   if (x < lines.front() - kEdgeTolerance_m || x > lines.back() + kEdgeTolerance_m)
@@ -58,21 +29,6 @@ std::optional<std::pair<std::size_t, double>> cell_of(const std::vector<double>&
   const double t = (x - lines[cell]) / (lines[cell + 1] - lines[cell]);
   return std::pair{cell, std::clamp(t, 0.0, 1.0)};
 }
-
-/// Accumulates the samples of one direction.
-struct Gathered {
-  double area = 0, sum = 0, squares = 0, largest = 0;
-
-  void add(double weight, double distance) {
-    area += weight;
-    sum += weight * distance;
-    squares += weight * distance * distance;
-    largest = std::max(largest, distance);
-  }
-  [[nodiscard]] OneDirection finish() const {
-    return {sum / area, std::sqrt(squares / area), largest};
-  }
-};
 
 /// Centroids of the n^2 equal parts of a triangle.
 template <class Visit>
@@ -90,18 +46,23 @@ void visit_pieces(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
 }
 
 OneDirection one_direction(const TriangleMesh& from, const NearestSurface& to, double spacing_m) {
-  Gathered gathered;
+  double area = 0, sum = 0, squares = 0, largest = 0;
+  const auto add = [&](double weight, const Eigen::Vector3d& point) {
+    const double distance = to.distance_m(point);
+    area += weight;
+    sum += weight * distance;
+    squares += weight * distance * distance;
+    largest = std::max(largest, distance);
+  };
   for (const auto& [i, j, k] : from.triangles) {
     const Eigen::Vector3d &a = from.points[i], &b = from.points[j], &c = from.points[k];
-    const double area = 0.5 * (b - a).cross(c - a).norm();
+    const double whole = 0.5 * (b - a).cross(c - a).norm();
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
     const int n = std::max(1, static_cast<int>(std::ceil(longest / spacing_m * (1 - 1e-9))));
-    visit_pieces(a, b, c, n, [&](const Eigen::Vector3d& point) {
-      gathered.add(area / (n * n), to.distance_m(point));
-    });
-    for (const auto* corner : {&a, &b, &c}) gathered.add(0, to.distance_m(*corner));
+    visit_pieces(a, b, c, n, [&](const Eigen::Vector3d& p) { add(whole / (n * n), p); });
+    for (const auto* corner : {&a, &b, &c}) add(0, *corner);
   }
-  return gathered.finish();
+  return {sum / area, std::sqrt(squares / area), largest};
 }
 
 /// Standard deviation of the quantile q of sorted values, by its weights on them.
@@ -152,17 +113,6 @@ std::optional<double> root_mean_square(const std::vector<double>& values) {
   return std::sqrt(sum_of_squares(values) / static_cast<double>(values.size()));
 }
 
-/// Bootstrap interval of the mean of signed values. nullopt for fewer than two values.
-std::optional<Interval> bootstrap_of_mean(const std::vector<double>& values_m) {
-  if (values_m.size() < 2) return std::nullopt;
-  std::vector<double> means;
-  bootstrap(values_m.size(), kResamples, [&](std::span<const std::int64_t> counts) {
-    means.push_back(std::inner_product(counts.begin(), counts.end(), values_m.begin(), 0.0) /
-                    static_cast<double>(values_m.size()));
-  });
-  return percentile_interval(means);
-}
-
 }  // namespace
 
 Surface::Surface(const Sheet& sheet, const std::string& file) {
@@ -170,28 +120,42 @@ Surface::Surface(const Sheet& sheet, const std::string& file) {
     throw bad_input(fmt::format("a sheet of {}x{} points has no surface", sheet.rows, sheet.cols),
                     {.file = file}, "simulate with at least 2 particles per side");
   }
-  const auto rows = static_cast<std::size_t>(sheet.rows);
-  const auto cols = static_cast<std::size_t>(sheet.cols);
-  std::vector<std::optional<double>> warp(rows), weft(cols);
-  points_.resize(rows * cols);
-  for (const SheetMark& mark : sheet.marks) {
-    const auto row = static_cast<std::size_t>(mark.mark.row);
-    const auto col = static_cast<std::size_t>(mark.mark.col);
-    agree(warp[row], mark.material_m.x(), mark, "warp", file);
-    agree(weft[col], mark.material_m.y(), mark, "weft", file);
-    points_[row * cols + col] = mark.point_in_world;
+  const Where where{.file = file, .field = "material_mm"};
+  for (const int axis : {0, 1}) {
+    const char* name = axis == 0 ? "warp" : "weft";
+    std::vector<std::optional<double>> lines(axis == 0 ? sheet.rows : sheet.cols);
+    for (const SheetMark& mark : sheet.marks) {
+      auto& line = lines[axis == 0 ? mark.mark.row : mark.mark.col];
+      const double own = mark.material_m[axis];
+      if (!line) line = own;
+      if (std::abs(*line - own) > kLatticeTolerance_m)
+        throw bad_input(
+            fmt::format("the {} coordinate of mark ({}, {}) is {} mm, of its neighbours {} mm",
+                        name, mark.mark.row, mark.mark.col, own / units::mm, *line / units::mm),
+            where, "give a sheet whose points form a rectangular grid in material coordinates");
+    }
+    for (const auto& line : lines) {
+      std::vector<double>& known = lines_m_[axis];
+      if (!line || (!known.empty() && *line <= known.back()))
+        throw bad_input(fmt::format("line {} along the {} has no point, or its material coordinate "
+                                    "does not grow",
+                                    known.size(), name),
+                        where, "give a simulated sheet without empty rows or columns");
+      known.push_back(*line);
+    }
   }
-  warp_m_ = complete(warp, "warp", file);
-  weft_m_ = complete(weft, "weft", file);
+  points_.resize(lines_m_[0].size() * lines_m_[1].size());
+  for (const SheetMark& mark : sheet.marks)
+    points_[mark.mark.row * lines_m_[1].size() + mark.mark.col] = mark.point_in_world;
 }
 
 const std::optional<Eigen::Vector3d>& Surface::point(std::size_t row, std::size_t col) const {
-  return points_[row * weft_m_.size() + col];
+  return points_[row * lines_m_[1].size() + col];
 }
 
 std::optional<SurfacePoint> Surface::at(const Eigen::Vector2d& material_m) const {
-  const auto warp = cell_of(warp_m_, material_m.x());
-  const auto weft = cell_of(weft_m_, material_m.y());
+  const auto warp = cell_of(lines_m_[0], material_m.x());
+  const auto weft = cell_of(lines_m_[1], material_m.y());
   if (!warp || !weft) return std::nullopt;
   const auto [row, s] = *warp;
   const auto [col, t] = *weft;
@@ -219,11 +183,10 @@ std::optional<LatticeCoordinates> LatticeCoordinates::of(const Sheet& sheet,
   }
   if (other_row == nullptr || other_col == nullptr) return std::nullopt;
   LatticeCoordinates lattice;
-  lattice.pitch_m_ = {
+  lattice.pitch_m = {
       (other_row->material_m.x() - first.material_m.x()) / (other_row->mark.row - first.mark.row),
       (other_col->material_m.y() - first.material_m.y()) / (other_col->mark.col - first.mark.col)};
-  lattice.origin_m_ = first.material_m - lattice.pitch_m_.cwiseProduct(
-                                             Eigen::Vector2d(first.mark.row, first.mark.col));
+  lattice.origin_m = first.material_m - lattice.at(first.mark);
   for (const SheetMark& mark : sheet.marks) {
     if ((lattice.at(mark.mark) - mark.material_m).norm() > kLatticeTolerance_m) {
       throw bad_input(fmt::format("mark ({}, {}) is not on the regular lattice of the others",
@@ -235,8 +198,19 @@ std::optional<LatticeCoordinates> LatticeCoordinates::of(const Sheet& sheet,
   return lattice;
 }
 
-Eigen::Vector2d LatticeCoordinates::at(MarkId mark) const {
-  return origin_m_ + pitch_m_.cwiseProduct(Eigen::Vector2d(mark.row, mark.col));
+std::vector<Eigen::Vector2d> places_of(const Sheet& sheet) {
+  std::vector<Eigen::Vector2d> places;
+  for (const SheetMark& mark : sheet.marks) places.push_back(mark.material_m);
+  return places;
+}
+
+std::vector<Eigen::Vector2d> lattice_places_of(const Sheet& sheet, const std::string& file) {
+  const auto lattice = LatticeCoordinates::of(sheet, file);
+  if (!lattice) return places_of(sheet);
+  std::vector<Eigen::Vector2d> places;
+  for (int row = 0; row < sheet.rows; ++row)
+    for (int col = 0; col < sheet.cols; ++col) places.push_back(lattice->at({row, col}));
+  return places;
 }
 
 double area_m2(const TriangleMesh& mesh) {
@@ -255,24 +229,20 @@ NearestSurface::NearestSurface(const TriangleMesh& mesh) {
   std::vector<TriangleTree::Corners> triangles;
   for (const auto& [a, b, c] : mesh.triangles)
     triangles.push_back({mesh.points[a], mesh.points[b], mesh.points[c]});
-  tree_ = TriangleTree(triangles);
+  static_cast<TriangleTree&>(*this) = TriangleTree(triangles);
 }
 
 TriangleMesh mesh_of(const Sheet& sheet) {
   TriangleMesh mesh;
-  const auto cols = static_cast<std::size_t>(sheet.cols);
-  std::vector<std::optional<std::size_t>> index(static_cast<std::size_t>(sheet.rows) * cols);
   for (const SheetMark& mark : sheet.marks) {
-    index[static_cast<std::size_t>(mark.mark.row) * cols +
-          static_cast<std::size_t>(mark.mark.col)] = mesh.points.size();
     mesh.points.push_back(mark.point_in_world);
-  }
-  for (std::size_t i = 0; i + cols < index.size(); ++i) {
-    if (i % cols + 1 == cols) continue;
-    const auto &a = index[i], &b = index[i + cols], &c = index[i + cols + 1], &d = index[i + 1];
-    if (!a || !b || !c || !d) continue;
-    mesh.triangles.push_back({*a, *b, *c});
-    mesh.triangles.push_back({*a, *c, *d});
+    std::vector<std::size_t> corners;
+    for (const MarkId step : {MarkId{0, 0}, {1, 0}, {1, 1}, {0, 1}})
+      if (const SheetMark* corner = sheet.find(mark.mark + step))
+        corners.push_back(static_cast<std::size_t>(corner - sheet.marks.data()));
+    if (corners.size() < 4) continue;
+    mesh.triangles.push_back({corners[0], corners[1], corners[2]});
+    mesh.triangles.push_back({corners[0], corners[2], corners[3]});
   }
   return mesh;
 }
@@ -306,17 +276,18 @@ MarkComparison compare_marks(const Sheet& measured, const Surface& virtual_sheet
       continue;
     }
     const Eigen::Vector3d difference = mark.point_in_world - place->point_in_world;
-    MarkError error;
-    error.mark = mark.mark;
-    error.material_m = mark.material_m;
-    error.real_in_world = mark.point_in_world;
-    error.virtual_in_world = place->point_in_world;
-    error.distance_m = difference.norm();
-    error.warp_weft_normal_m = {difference.dot(place->along_warp),
-                                difference.dot(place->along_weft), difference.dot(place->normal)};
-    error.views = mark.views;
+    MarkError error{mark.mark,
+                    mark.material_m,
+                    mark.point_in_world,
+                    place->point_in_world,
+                    difference.norm(),
+                    {difference.dot(place->along_warp), difference.dot(place->along_weft),
+                     difference.dot(place->normal)},
+                    worst_sigma_m(mark),
+                    {},
+                    {},
+                    mark.views};
     if (mark.covariance_m2) {
-      error.sigma_mark_m = worst_sigma_m(*mark.covariance_m2);
       error.sigma_distance_m = distance_sigma_m(difference, *mark.covariance_m2);
       error.sigma_normal_m =
           std::sqrt(std::max(0.0, place->normal.dot(*mark.covariance_m2 * place->normal)));
@@ -344,7 +315,7 @@ DistanceStatistics statistics_of(const std::vector<double>& distances_m) {
   statistics.rms_m = *root_mean_square(distances_m);
   statistics.median_m = quantile(distances_m, 0.5);
   statistics.p95_m = quantile(distances_m, 0.95);
-  statistics.max_m = *std::max_element(distances_m.begin(), distances_m.end());
+  statistics.max_m = *std::ranges::max_element(distances_m);
   return statistics;
 }
 
@@ -354,6 +325,10 @@ DistanceStatistics statistics_of(const std::vector<double>& distances_m,
   add_bootstrap(distances_m, statistics);
   if (sigmas_m.size() == distances_m.size()) add_sigmas(distances_m, sigmas_m, statistics);
   statistics.sigma_mean_m = statistics.mean.sigma_m;
+  if (const auto& range = statistics.mean.bootstrap) {
+    statistics.low_m = range->low;
+    statistics.high_m = range->high;
+  }
   return statistics;
 }
 
@@ -364,29 +339,33 @@ DistanceStatistics statistics_of(const std::vector<MarkError>& marks) {
     if (mark.sigma_distance_m) sigmas.push_back(*mark.sigma_distance_m);
   }
   DistanceStatistics statistics = statistics_of(distances, sigmas);
-  const auto worst = std::max_element(distances.begin(), distances.end()) - distances.begin();
+  const auto worst = std::ranges::max_element(distances) - distances.begin();
   statistics.worst_mark = marks[static_cast<std::size_t>(worst)].mark;
   return statistics;
 }
 
 NormalStatistics normal_statistics_of(const std::vector<MarkError>& marks) {
-  if (marks.empty()) throw internal_error("statistics of no distance were asked for");
   std::vector<double> values, sigmas;
   for (const MarkError& mark : marks) {
     values.push_back(mark.warp_weft_normal_m.z());
     if (mark.sigma_normal_m) sigmas.push_back(*mark.sigma_normal_m);
   }
-  NormalStatistics result{
-      mean_of(values), *root_mean_square(values), {{}, bootstrap_of_mean(values)}};
-  if (sigmas.size() == values.size())
-    result.mean.sigma_m = std::sqrt(sum_of_squares(sigmas)) / static_cast<double>(values.size());
-  return result;
+  DistanceStatistics all = statistics_of(values);
+  if (sigmas.size() == values.size()) add_sigmas(values, sigmas, all);
+  if (values.size() < 2) return {all.mean_m, all.rms_m, all.mean};
+  std::vector<double> means;
+  bootstrap(values.size(), kResamples, [&](std::span<const std::int64_t> counts) {
+    means.push_back(std::inner_product(counts.begin(), counts.end(), values.begin(), 0.0) /
+                    static_cast<double>(values.size()));
+  });
+  all.mean.bootstrap = percentile_interval(means);
+  return {all.mean_m, all.rms_m, all.mean};
 }
 
 void add_bootstrap(const std::vector<double>& distances_m, DistanceStatistics& statistics) {
   if (distances_m.size() < 2) return;
   std::vector<double> ascending = distances_m;
-  std::sort(ascending.begin(), ascending.end());
+  std::ranges::sort(ascending);
   const auto n = static_cast<double>(ascending.size());
   std::vector<double> means, medians, roots, p95s, maxima;
   bootstrap(ascending.size(), kResamples, [&](std::span<const std::int64_t> counts) {
@@ -414,8 +393,7 @@ void add_sigmas(const std::vector<double>& distances_m, const std::vector<double
                 DistanceStatistics& statistics) {
   std::vector<std::size_t> order(distances_m.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return distances_m[a] < distances_m[b]; });
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return distances_m[i]; });
   std::vector<double> sorted_sigmas;
   sorted_sigmas.reserve(order.size());
   for (const std::size_t i : order) sorted_sigmas.push_back(sigmas_m[i]);
@@ -447,13 +425,12 @@ std::optional<RigidAlignment> align(const std::vector<MarkError>& marks) {
   result.shift_m = motion->translation_m;
   result.turn_rad = rotation_vector(motion->rotation).norm();
   result.centroid_shift_m = (simulated.rowwise().mean() - real.rowwise().mean()).norm();
-  std::vector<MarkError> moved = marks;
-  for (MarkError& mark : moved) {
-    mark.real_in_world = result.rotation * mark.real_in_world + result.shift_m;
-    mark.distance_m = (mark.real_in_world - mark.virtual_in_world).norm();
-    mark.sigma_distance_m.reset();  // the covariances would need to be rotated and reduced too
-  }
-  result.after = statistics_of(moved);
+  std::vector<double> distances;
+  for (const MarkError& mark : marks)
+    distances.push_back(
+        (result.rotation * mark.real_in_world + result.shift_m - mark.virtual_in_world).norm());
+  // Without sigmas: the covariances would need to be rotated and reduced too.
+  result.after = statistics_of(distances, {});
   return result;
 }
 

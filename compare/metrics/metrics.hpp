@@ -4,11 +4,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/geometry/closed_mesh.hpp"
+#include "core/run_report.hpp"
 #include "core/sheet.hpp"
 #include "core/statistics/sample.hpp"
 
@@ -37,24 +39,28 @@ class Surface {
  private:
   [[nodiscard]] const std::optional<Eigen::Vector3d>& point(std::size_t row, std::size_t col) const;
 
-  std::vector<double> warp_m_;  ///< material coordinate of each row
-  std::vector<double> weft_m_;  ///< material coordinate of each column
+  std::array<std::vector<double>, 2> lines_m_;  ///< material coordinate of each row, each column
   std::vector<std::optional<Eigen::Vector3d>> points_;
 };
 
 /// Material coordinates of every mark of a lattice, including gaps, derived from the marks that
 /// have a position: the coordinates are linear in row and column. nullopt if fewer than two rows or
 /// columns are measured. Throws Error(bad_input) if the marks are not on such a lattice.
-class LatticeCoordinates {
- public:
+struct LatticeCoordinates {
+  Eigen::Vector2d origin_m = Eigen::Vector2d::Zero(), pitch_m = Eigen::Vector2d::Zero();
+
   [[nodiscard]] static std::optional<LatticeCoordinates> of(const Sheet& sheet,
                                                             const std::string& file);
-  [[nodiscard]] Eigen::Vector2d at(MarkId mark) const;
-
- private:
-  Eigen::Vector2d origin_m_ = Eigen::Vector2d::Zero();
-  Eigen::Vector2d pitch_m_ = Eigen::Vector2d::Zero();
+  [[nodiscard]] Eigen::Vector2d at(MarkId mark) const {
+    return origin_m + pitch_m.cwiseProduct(Eigen::Vector2d(mark.row, mark.col));
+  }
 };
+
+/// Material coordinates of the sheet's marks, and those of all marks of its lattice, also the gaps;
+/// the same without a lattice.
+[[nodiscard]] std::vector<Eigen::Vector2d> places_of(const Sheet& sheet);
+[[nodiscard]] std::vector<Eigen::Vector2d> lattice_places_of(const Sheet& sheet,
+                                                             const std::string& file);
 
 /// A surface of triangles in the world frame, metres.
 struct TriangleMesh {
@@ -67,21 +73,14 @@ struct TriangleMesh {
 /// Divides each cell of the sheet's grid that has four corners into two triangles.
 [[nodiscard]] TriangleMesh mesh_of(const Sheet& sheet);
 
-/// Finds the distance to the nearest point of a surface with a tree of boxes.
-class NearestSurface {
- public:
+/// Finds the nearest point of a surface with a tree of boxes.
+struct NearestSurface : TriangleTree {
   /// Throws Error(bad_input) if there is no triangle.
   explicit NearestSurface(const TriangleMesh& mesh);
 
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point) const {
-    return (nearest(point) - point).norm();
+    return std::sqrt(nearest(point).squared);
   }
-  [[nodiscard]] Eigen::Vector3d nearest(const Eigen::Vector3d& point) const {
-    return tree_.nearest(point).point;
-  }
-
- private:
-  TriangleTree tree_;
 };
 
 /// Distances from one surface to another in one direction.
@@ -136,18 +135,10 @@ struct Trust {
   std::optional<Interval> bootstrap;
 };
 
-/// Statistics of distances, in metres.
-struct DistanceStatistics {
-  int marks = 0;
-  double mean_m = 0;  ///< the paper's measure (section 5)
-  double median_m = 0;
-  double rms_m = 0;
-  double p95_m = 0;  ///< 95th percentile, interpolated between order statistics
-  double max_m = 0;
-  MarkId worst_mark;  ///< mark of the maximum (the first one)
-  /// Standard deviation of the mean: sqrt(sum sigma_i^2) / n for independent marks. Absent if a
-  /// mark has no covariance.
-  std::optional<double> sigma_mean_m;
+/// Statistics of distances, in metres; the 95th percentile is interpolated between order
+/// statistics, and without a rigid alignment shape and place are absent.
+struct DistanceStatistics : ReportedDistance {
+  MarkId worst_mark;                  ///< mark of the maximum (the first one)
   Trust mean, median, rms, p95, max;  ///< mean.sigma_m equals sigma_mean_m
 };
 
@@ -175,6 +166,10 @@ struct MarkComparison {
 
 /// Standard deviation in the worst direction: root of the largest eigenvalue.
 [[nodiscard]] double worst_sigma_m(const Eigen::Matrix3d& covariance_m2);
+/// The same for a measured mark; nullopt without a covariance.
+[[nodiscard]] inline std::optional<double> worst_sigma_m(const SheetMark& mark) {
+  return mark.covariance_m2 ? std::optional(worst_sigma_m(*mark.covariance_m2)) : std::nullopt;
+}
 
 /// Distances between the measured marks and the virtual sheet at the marks' material coordinates.
 [[nodiscard]] MarkComparison compare_marks(const Sheet& measured, const Surface& virtual_sheet);

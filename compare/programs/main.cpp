@@ -186,21 +186,10 @@ void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
       ending.numbers.emplace_back(number.name, with_u(number));
     return;
   }
-  std::vector<std::string> fabrics;
-  for (const HemRecord& hem : hems)
-    if (std::find(fabrics.begin(), fabrics.end(), hem.fabric) == fabrics.end())
-      fabrics.push_back(hem.fabric);
-  for (const std::string& fabric : fabrics) {
-    std::vector<RepeatKey> keys;
-    std::vector<double> values;
+  for (const auto& [fabric, found] : variances_of(hems)) {
     std::map<std::string, std::vector<const HemRecord*>> faces;
-    for (const HemRecord& hem : hems) {
-      if (hem.fabric != fabric) continue;
-      faces[hem.face].push_back(&hem);
-      keys.push_back(hem.key());
-      values.push_back(hem.drape_coefficient());
-    }
-    const VarianceComponents found = variance_components(keys, values);
+    for (const HemRecord& hem : hems)
+      if (hem.fabric == fabric) faces[hem.face].push_back(&hem);
     std::string text = fmt::format("n {}", found.drapes);
     for (const auto& [face, mean] : found.face_means)
       text += fmt::format(", face {} {:.1f} %", face.empty() ? "-" : face, mean);

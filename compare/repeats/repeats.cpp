@@ -49,32 +49,26 @@ void set_detectable(double level, std::size_t repeats, Judgement& result) {
 
 using units::mm;
 
-constexpr double kLeast_m = 1e-6;  // closer hems are copies
 constexpr double kLeastBorder =
     0.75;  // fraction of the outermost marks; with fewer the polygon cuts off folds
 
-using Points = std::vector<Eigen::Vector3d>;
+using Points = Eigen::Matrix3Xd;
 
-/// Marks of the first repeat that all others have too.
-std::vector<const SheetMark*> common_marks(const std::vector<SheetFile>& repeats) {
+/// Marks that all repeats have, with a place on the virtual sheet if there is one.
+std::vector<const SheetMark*> common_marks(const std::vector<SheetFile>& repeats,
+                                           const Surface* surface = nullptr) {
   std::vector<const SheetMark*> common;
   for (const SheetMark& mark : repeats.front().sheet.marks)
-    if (std::all_of(repeats.begin(), repeats.end(),
-                    [&](const SheetFile& other) { return other.sheet.find(mark.mark) != nullptr; }))
+    if ((surface == nullptr || surface->at(mark.material_m)) &&
+        std::ranges::all_of(repeats, [&](const SheetFile& other) {
+          return other.sheet.find(mark.mark) != nullptr;
+        }))
       common.push_back(&mark);
   return common;
 }
 
 double rms_m(const Points& a, const Points& b) {
-  double squares = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) squares += (a[i] - b[i]).squaredNorm();
-  return std::sqrt(squares / static_cast<double>(a.size()));
-}
-
-double orders_apart_m(const std::vector<double>& a, const std::vector<double>& b) {
-  double squares = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(a[i] - b[i], 2);
-  return std::sqrt(squares);
+  return std::sqrt((a - b).colwise().squaredNorm().mean());
 }
 
 /// Compares shapes by one distance: the repeats with each other, and the virtual one with them.
@@ -91,49 +85,40 @@ RepeatBasis basis_of(const char* what, const std::vector<Shape>& repeats, const 
   return basis;
 }
 
-/// Marks with a position on the virtual sheet.
-std::vector<const SheetMark*> with_place(const std::vector<const SheetMark*>& marks,
-                                         const Surface& surface) {
-  std::vector<const SheetMark*> kept;
-  for (const SheetMark* mark : marks)
-    if (surface.at(mark->material_m)) kept.push_back(mark);
-  return kept;
+/// Places of marks, one a column.
+template <class PlaceOf>
+Points places_of(const std::vector<const SheetMark*>& marks, const PlaceOf& place_of) {
+  Points points(3, marks.size());
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    points.col(static_cast<Eigen::Index>(i)) = place_of(*marks[i]);
+  return points;
 }
 
-Points places_on(const Sheet& sheet, const std::vector<const SheetMark*>& marks) {
-  Points points;
-  for (const SheetMark* mark : marks) points.push_back(sheet.find(mark->mark)->point_in_world);
+std::vector<Points> places_on(const std::vector<SheetFile>& sheets,
+                              const std::vector<const SheetMark*>& marks) {
+  std::vector<Points> points;
+  for (const SheetFile& file : sheets)
+    points.push_back(places_of(
+        marks, [&](const SheetMark& mark) { return file.sheet.find(mark.mark)->point_in_world; }));
   return points;
 }
 
 Points places_on(const Surface& surface, const std::vector<const SheetMark*>& marks) {
-  Points points;
-  for (const SheetMark* mark : marks)
-    points.push_back(surface.at(mark->material_m)->point_in_world);
-  return points;
+  return places_of(
+      marks, [&](const SheetMark& mark) { return surface.at(mark.material_m)->point_in_world; });
 }
 
 Hem hem_of(const Points& border) {
   std::vector<Eigen::Vector2d> outline;
-  for (const Eigen::Vector3d& point : border) outline.emplace_back(point.head<2>());
+  for (const auto& point : border.colwise()) outline.emplace_back(point.head<2>());
   return hem_of_outline(outline);
-}
-
-/// The border marks among `marks`, in cyclic order.
-std::vector<const SheetMark*> border_among(const std::vector<const SheetMark*>& marks,
-                                           const std::vector<MarkId>& border) {
-  std::vector<const SheetMark*> kept;
-  for (const MarkId& id : border)
-    for (const SheetMark* mark : marks)
-      if (mark->mark == id) kept.push_back(mark);
-  return kept;
 }
 
 /// Judgement where the virtual sheet lies `times` as far from every repeat.
 Judgement judged(const RepeatBasis& basis, double times, double significance) {
   Distances distances{basis.real_to_real_m, basis.virtual_to_real_m};
   for (double& d : distances.virtual_to_real) d *= times;
-  return basis.what == "hem" ? judge_distance(distances, basis.prior, kLeast_m, significance)
+  return basis.what == "hem" ? judge_distance(distances, basis.prior, kCopies_m, significance)
                              : judge_points(distances, basis.prior);
 }
 
@@ -147,7 +132,10 @@ void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
               const std::vector<const SheetMark*>& marks, std::vector<RepeatBasis>& bases) {
   const Sheet& first = repeats.front().sheet;
   const std::vector<MarkId> border = border_of(first.rows, first.cols);
-  const auto outermost = border_among(marks, border);
+  std::vector<const SheetMark*> outermost;  // in cyclic order
+  for (const MarkId& id : border)
+    for (const SheetMark* mark : marks)
+      if (mark->mark == id) outermost.push_back(mark);
   std::string reason;
   std::vector<Hem> hems;
   std::optional<Hem> own;
@@ -156,8 +144,7 @@ void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
         fmt::format("{} of {} outermost marks are on every sheet", outermost.size(), border.size());
   } else {
     try {
-      for (const SheetFile& repeat : repeats)
-        hems.push_back(hem_of(places_on(repeat.sheet, outermost)));
+      for (const Points& points : places_on(repeats, outermost)) hems.push_back(hem_of(points));
       own = hem_of(places_on(surface, outermost));
     } catch (const Error& error) {
       reason = error.what_failed();
@@ -168,13 +155,14 @@ void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
       bases.push_back({what, {}, {}, {}, reason});
     return;
   }
-  Points flat;
-  for (const SheetMark* mark : outermost)
-    flat.emplace_back(mark->material_m.x(), mark->material_m.y(), 0);
+  const Points flat = places_of(outermost, [](const SheetMark& mark) {
+    return Eigen::Vector3d(mark.material_m.x(), mark.material_m.y(), 0);
+  });
   VariancePrior of_radius = published_priors().covered_radius;
   of_radius.variance *= std::pow(radius_of(hem_of(flat)), 2);
-  std::vector<std::vector<double>> orders;
+  std::vector<Eigen::VectorXd> orders;
   for (const Hem& one : hems) orders.push_back(order_amplitudes_m(one));
+  const auto orders_apart_m = [](const auto& a, const auto& b) { return (a - b).norm(); };
   bases.push_back(basis_of("hem", hems, *own, hem_distance_m, published_priors().hem_score));
   bases.push_back(basis_of("spectrum", orders, order_amplitudes_m(*own), orders_apart_m));
   const auto radii_apart_m = [](const Hem& a, const Hem& b) {
@@ -184,17 +172,16 @@ void add_hems(const std::vector<SheetFile>& repeats, const Surface& surface,
 }
 
 MarkRepeats::SheetMatch match_of(const std::vector<SheetFile>& repeats, const SheetFile& candidate,
-                                 const std::vector<const SheetMark*>& common, double significance) {
+                                 double significance) {
   const Surface surface(candidate.sheet, candidate.file.string());
-  const auto marks = with_place(common, surface);
+  const auto marks = common_marks(repeats, &surface);
   if (marks.empty())
     throw bad_input("the virtual sheet has none of the repeats' marks",
                     {.file = candidate.file.string()}, "give a sheet of the same patch");
   MarkRepeats::SheetMatch match{
       candidate.file.string(), static_cast<int>(marks.size()), {}, {}, Match::undecided, {}};
-  std::vector<Points> points;
-  for (const SheetFile& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
-  match.bases.push_back(basis_of("marks", points, places_on(surface, marks), rms_m));
+  match.bases.push_back(
+      basis_of("marks", places_on(repeats, marks), places_on(surface, marks), rms_m));
   if (static_cast<int>(repeats.size()) < kLeastRepeats) {
     match.reason = fmt::format("{} real drape{}: nothing says how far repeats lie apart",
                                repeats.size(), repeats.size() == 1 ? "" : "s");
@@ -402,7 +389,7 @@ VarianceComponents variance_components(const std::vector<RepeatKey>& keys,
       between += static_cast<double>(repeats.size()) * std::pow(mean_of(repeats) - mean_of(all), 2);
     between_dof += static_cast<int>(samples.size()) - 1;
     effective += n - squared_counts / n;
-    result.face_means.emplace_back(face, mean_of(all));
+    result.face_means.push_back({face, mean_of(all)});
   }
   if (within_dof > 0) result.repeat_sd = std::sqrt(within / within_dof);
   if (within_dof > 0 && between_dof > 0) {
@@ -441,11 +428,10 @@ MarkRepeats mark_repeats(const std::vector<SheetFile>& repeats,
                     "give sheets of one print");
   MarkRepeats result;
   result.marks = static_cast<int>(marks.size());
-  std::vector<Points> points;
-  for (const SheetFile& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
+  const std::vector<Points> points = places_on(repeats, marks);
   result.real_to_real_m = basis_of("marks", points, points.front(), rms_m).real_to_real_m;
   for (const SheetFile& candidate : virtual_sheets)
-    result.matches.push_back(match_of(repeats, candidate, marks, significance));
+    result.matches.push_back(match_of(repeats, candidate, significance));
   return result;
 }
 
@@ -518,11 +504,10 @@ void require_one_drape(const std::vector<SheetFile>& repeats,
     }
   }
   for (const SheetFile& sheet : repeats) {
-    const bool placed =
-        std::any_of(virtual_sheets.begin(), virtual_sheets.end(), [&](const SheetFile& simulation) {
-          const auto& start = std::get<SimulatedSource>(simulation.sheet.source).start_sha256;
-          return start && sheet.has_content(*start);
-        });
+    const bool placed = std::ranges::any_of(virtual_sheets, [&](const SheetFile& simulation) {
+      const auto& start = std::get<SimulatedSource>(simulation.sheet.source).start_sha256;
+      return start && sheet.has_content(*start);
+    });
     if (sheet.scene().empty() && !placed)
       refuse(sheet, "the sheet does not say which drape it is a laying of", "source.repeat",
              "name it by a [[repeat]] of the rig, or measure it with drape triangulate --repeat "

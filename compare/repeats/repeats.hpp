@@ -87,7 +87,11 @@ struct VarianceComponents {
   int drapes = 0, samples = 0, faces = 0;
   std::optional<double> repeat_sd;  ///< repeats with the same sample and face; absent without
   std::optional<double> sample_sd;  ///< samples of a face; 0 if below what repeats explain
-  std::vector<std::pair<std::string, double>> face_means;
+  struct FaceMean {
+    std::string face;
+    double mean = 0;
+  };
+  std::vector<FaceMean> face_means;
 };
 [[nodiscard]] VarianceComponents variance_components(const std::vector<RepeatKey>& keys,
                                                      const std::vector<double>& values);

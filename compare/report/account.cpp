@@ -20,6 +20,7 @@
 #include "compare/tables/tables.hpp"
 #include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
+#include "core/geometry/body.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/words.hpp"
 #include "core/units.hpp"
@@ -33,94 +34,6 @@ using Eigen::Vector3d;
 using units::mm;
 using units::percent;
 
-using Quad = std::array<Vector3d, 4>;
-
-void add_quads(const Sphere& sphere, std::vector<Quad>& quads) {
-  constexpr int kAround = 24, kUp = 12;
-  const auto at = [&](int around, int up) -> Vector3d {
-    const double east = 2 * std::numbers::pi * around / kAround;
-    const double north = std::numbers::pi * up / kUp - std::numbers::pi / 2;
-    return sphere.centre_in_world + sphere.radius_m * Vector3d(std::cos(north) * std::cos(east),
-                                                               std::cos(north) * std::sin(east),
-                                                               std::sin(north));
-  };
-  for (int up = 0; up < kUp; ++up)
-    for (int around = 0; around < kAround; ++around)
-      quads.push_back(
-          {at(around, up), at(around + 1, up), at(around + 1, up + 1), at(around, up + 1)});
-}
-
-void add_quads(const Box& box, std::vector<Quad>& quads) {
-  constexpr int kPieces = 4;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-    for (const double side : {-0.5, 0.5}) {
-      const auto at = [&](int i, int j) -> Vector3d {
-        Vector3d part;
-        part[axis] = side;
-        part[u] = (static_cast<double>(i) / kPieces - 0.5) * (side < 0 ? -1 : 1);
-        part[v] = static_cast<double>(j) / kPieces - 0.5;
-        return box.world_from_box * part.cwiseProduct(box.size_m).eval();
-      };
-      for (int i = 0; i < kPieces; ++i)
-        for (int j = 0; j < kPieces; ++j)
-          quads.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-}
-
-void add_quads(const Cylinder& cylinder, std::vector<Quad>& quads) {
-  constexpr int kAround = 32;
-  const auto at = [&](int around, double part, double end) -> Vector3d {
-    const double angle = 2 * std::numbers::pi * around / kAround;
-    return cylinder.world_from_cylinder * Vector3d(part * cylinder.radius_m * std::cos(angle),
-                                                   part * cylinder.radius_m * std::sin(angle),
-                                                   end * cylinder.height_m);
-  };
-  for (int i = 0; i < kAround; ++i) {
-    quads.push_back({at(i, 1, -0.5), at(i + 1, 1, -0.5), at(i + 1, 1, 0.5), at(i, 1, 0.5)});
-    quads.push_back({at(i, 0, 0.5), at(i, 1, 0.5), at(i + 1, 1, 0.5), at(i + 1, 0, 0.5)});
-    quads.push_back({at(i, 0, -0.5), at(i + 1, 1, -0.5), at(i, 1, -0.5), at(i, 0, -0.5)});
-  }
-}
-
-/// A plane is unbounded; draws 300 mm around its point.
-void add_quads(const Plane& plane, std::vector<Quad>& quads) {
-  constexpr double kHalf_m = 0.15;
-  const Vector3d u = plane.normal_in_world.unitOrthogonal();
-  const Vector3d v = plane.normal_in_world.cross(u);
-  const auto at = [&](double a, double b) -> Vector3d {
-    return plane.point_in_world + kHalf_m * (a * u + b * v);
-  };
-  quads.push_back({at(-1, -1), at(1, -1), at(1, 1), at(-1, 1)});
-}
-
-/// Adds triangles as quads with two equal corners. If the mesh file no longer exists, the picture
-/// is drawn without the object.
-void add_quads(const MeshObject& object, std::vector<Quad>& quads) {
-  try {
-    const MeshFile mesh = read_mesh_file(object.file);
-    for (const auto& [a, b, c] : mesh.triangles) {
-      const auto at = [&](const MeshCorner& corner) -> Vector3d {
-        return object.world_from_mesh * (mesh.points[corner.point] * units::mm).eval();
-      };
-      quads.push_back({at(a), at(b), at(c), at(c)});
-    }
-  } catch (const Error&) {
-    return;
-  }
-}
-
-/// Quads of the outer surfaces of all objects of a scene, for pictures; world frame, metres. A
-/// sphere has 24 x 12 quads, each face of a box 4 x 4; rounded edges are drawn sharp, a plane as a
-/// square of 300 mm.
-std::vector<Quad> obstacle_quads(const Scene& scene) {
-  std::vector<Quad> quads;
-  for (const Obstacle& obstacle : scene.obstacles)
-    std::visit([&](const auto& object) { add_quads(object, quads); }, obstacle);
-  return quads;
-}
-
 constexpr int kPointsPerCell = 3;         ///< per cell along a line of the virtual cloth
 constexpr std::size_t kMostFaces = 8000;  ///< of an object; a finer mesh is not drawn
 constexpr int kMostPoints = 40;           ///< per side; of finer sheets every k-th row is drawn
@@ -132,6 +45,23 @@ double tenth(double value) {
 
 void append(std::vector<double>& list, const Vector3d& point_m) {
   for (int k = 0; k < 3; ++k) list.push_back(tenth(point_m[k] / mm));
+}
+
+/// Adds the quads of an object; a mesh has triangles with two equal corners, and none if its file
+/// no longer exists.
+void add_object(const Obstacle& obstacle, std::vector<double>& corners_mm) {
+  for (const SurfaceQuad& quad : surface_of(obstacle, 24, 300 * mm))
+    for (const SurfaceCorner& corner : quad) append(corners_mm, corner.point);
+  const auto* object = std::get_if<MeshObject>(&obstacle);
+  if (object == nullptr) return;
+  try {
+    const MeshFile mesh = read_mesh_file(object->file);
+    for (const auto& [a, b, c] : mesh.triangles)
+      for (const MeshCorner& corner : {a, b, c, c})
+        append(corners_mm, object->world_from_mesh * (mesh.points[corner.point] * mm).eval());
+  } catch (const Error&) {
+    return;
+  }
 }
 
 /// A point of the virtual sheet in one photograph.
@@ -207,8 +137,7 @@ ReportedView view_of(const FrameDetections& frame, const Camera* camera, const D
                              tenth(seen.centre_px.x()), tenth(seen.centre_px.y())};
     crop.extend(seen.centre_px);
     const auto& marks = headline.marks.marks;
-    const auto error = std::find_if(marks.begin(), marks.end(),
-                                    [&](const MarkError& one) { return one.mark == seen.mark; });
+    const auto error = std::ranges::find(marks, seen.mark, &MarkError::mark);
     if (const auto place = error == marks.end() ? std::nullopt : cloth.at(error->material_m))
       mark.insert(mark.end(), {tenth(place->px.x()), tenth(place->px.y())});
     view.marks.push_back(std::move(mark));
@@ -265,11 +194,9 @@ std::optional<ReportedShape> shape_of(const DrapeInput& input, const Report& rep
       append(shape.cloth_mm, point->point_in_world);
     }
   }
-  const auto quads =
-      input.scene ? obstacle_quads(*input.scene) : std::vector<std::array<Vector3d, 4>>();
-  if (quads.size() <= kMostFaces)
-    for (const auto& quad : quads)
-      for (const Vector3d& corner : quad) append(shape.object_mm, corner);
+  if (input.scene)
+    for (const Obstacle& obstacle : input.scene->obstacles) add_object(obstacle, shape.object_mm);
+  if (shape.object_mm.size() > 12 * kMostFaces) shape.object_mm.clear();
   return shape;
 }
 
@@ -277,64 +204,41 @@ std::string from_folder(const fs::path& file, const fs::path& folder) {
   return fs::proximate(file, folder).generic_string();
 }
 
-/// Rewrites a path of the command line relative to the report's folder; other words are unchanged.
-std::string argument_text(const std::string& argument, const fs::path& folder) {
-  std::error_code ignored;
-  // A word such as "drape_A" remains a name even if a folder has that name.
-  const bool path = argument.find('/') != std::string::npos ||
-                    (fs::path(argument).has_extension() && fs::exists(argument, ignored));
-  return shell_word(path && !argument.empty() && argument.front() != '-'
-                        ? from_folder(argument, folder)
-                        : argument);
-}
-
+/// Command line with paths relative to the report's folder.
 std::string command(const StepRecord& made_by, const fs::path& folder) {
   std::string text = made_by.program;
   for (std::size_t i = 0; i < made_by.arguments.size(); ++i) {
-    const std::string& argument = made_by.arguments[i];
-    if (argument == "--threads")
-      ++i;  // with its number
-    else if (argument != "--json" && argument != "--quiet")
-      text += " " + argument_text(argument, folder);
+    const std::string& word = made_by.arguments[i];
+    if (word == "--threads") ++i;  // with its number
+    if (word == "--threads" || word == "--json" || word == "--quiet") continue;
+    std::error_code ignored;
+    // A word such as "drape_A" remains a name even if a folder has that name.
+    const bool path =
+        !word.starts_with('-') && (word.find('/') != std::string::npos ||
+                                   (fs::path(word).has_extension() && fs::exists(word, ignored)));
+    text += " " + shell_word(path ? from_folder(word, folder) : word);
   }
   return text;
 }
 
 /// All steps in the order in which they run.
 std::vector<StepRecord> steps_of(const Session& session, const Outcome& outcome) {
-  std::vector<std::optional<StepRecord>> steps;
+  std::vector<StepRecord> steps;
+  const auto add = [&](const std::optional<StepRecord>& step) {
+    if (step) steps.push_back(*step);
+  };
   if (session.calibrated_by)
     for (const auto& [file, sha256] : session.calibrated_by->inputs)  // marks of the target
-      if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
-        steps.push_back(read_made_by(file));
-  steps.push_back(session.calibrated_by);
+      if (fs::is_regular_file(file) && sha256_of_file(file) == sha256) add(read_made_by(file));
+  add(session.calibrated_by);
   for (const DrapeFiles& drape : session.drapes) {
-    steps.insert(steps.end(), {drape.detected_by, drape.measured_by});
-    steps.insert(steps.end(), drape.simulated_by.begin(), drape.simulated_by.end());
-    steps.push_back(drape.split_by);
+    add(drape.detected_by);
+    add(drape.measured_by);
+    for (const auto& step : drape.simulated_by) add(step);
+    add(drape.split_by);
   }
-  steps.push_back(StepRecord{"drape-compare", version(), outcome.arguments});
-  std::vector<StepRecord> known;
-  for (const auto& step : steps)
-    if (step) known.push_back(*step);
-  return known;
-}
-
-std::string tree_of(RecordBook& book, std::set<fs::path>& followed, const SheetFile& sheet,
-                    const fs::path& folder) {
-  fs::path json = sheet.file;
-  json.replace_extension(".json");
-  std::string text;
-  for (const ChainLink& link : chain_of(book, json, sheet.sha256, followed)) {
-    const std::string made = link.made_by.starts_with("drape-")
-                                 ? link.made_by.substr(0, link.made_by.find(' '))
-                                 : link.made_by;
-    text +=
-        fmt::format("{}{}  {}{}  {}\n", std::string(2 * static_cast<std::size_t>(link.depth), ' '),
-                    from_folder(link.file, folder), link.sha256.substr(0, 12),
-                    link.state == "unchanged" ? "" : " (" + link.state + ")", made);
-  }
-  return text;
+  add(StepRecord{"drape-compare", version(), outcome.arguments});
+  return steps;
 }
 
 /// The measured sheet and the headline simulation of each drape, traced to photographs and curves.
@@ -347,11 +251,19 @@ std::vector<std::pair<std::string, std::string>> trees(const Session& session,
     const Report& report = outcome.reports[i];
     if (!report.headline) continue;
     const DrapeInput& input = session.drapes[i].input;
-    std::set<fs::path> followed;
     const Simulation& headline = input.simulations[report.speaks().simulation];
-    std::string text = tree_of(book, followed, input.measured, folder);
-    if (!headline.other_simulator) text += tree_of(book, followed, headline.sheet, folder);
-    all.emplace_back(report.called(), text);
+    std::vector<const SheetFile*> sheets = {&input.measured};
+    if (!headline.other_simulator) sheets.push_back(&headline.sheet);
+    std::string& text = all.emplace_back(report.called(), "").second;
+    std::set<fs::path> followed;
+    for (const SheetFile* sheet : sheets)
+      for (const ChainLink& link : chain_of(book, fs::path(sheet->file).replace_extension(".json"),
+                                            sheet->sha256, followed))
+        text += fmt::format(
+            "{:{}}{}  {}{}  {}\n", "", 2 * link.depth, from_folder(link.file, folder),
+            link.sha256.substr(0, 12), link.state == "unchanged" ? "" : " (" + link.state + ")",
+            link.made_by.starts_with("drape-") ? link.made_by.substr(0, link.made_by.find(' '))
+                                               : link.made_by);
   }
   return all;
 }
@@ -383,22 +295,6 @@ ReportedProvenance provenance_of(const Session& session, const Outcome& outcome,
   return made;
 }
 
-ReportedDistance distance_of(const RealVirtual& row) {
-  const DistanceStatistics& s = row.statistics;
-  ReportedDistance d{s.marks,        s.mean_m, s.median_m, s.rms_m, s.p95_m, s.max_m,
-                     s.sigma_mean_m, {},       {},         {},      {},      {}};
-  if (s.mean.bootstrap) {
-    d.low_m = s.mean.bootstrap->low;
-    d.high_m = s.mean.bootstrap->high;
-  }
-  if (row.aligned) {
-    d.shape_m = row.aligned->after.mean_m;
-    d.place_m = row.aligned->centroid_shift_m;
-    d.turn_rad = row.aligned->turn_rad;
-  }
-  return d;
-}
-
 ReportedSimulation simulation_of(const Simulation& one, const RealVirtual& row) {
   const SimulatedSource& source = one.source();
   ReportedSimulation made{one.label(),
@@ -411,7 +307,7 @@ ReportedSimulation simulation_of(const Simulation& one, const RealVirtual& row) 
                           source.spacing_m,
                           {},
                           source.from_measured,
-                          distance_of(row)};
+                          row.statistics};
   if (one.branch) made.branch = one.branch->number;
   if (one.levels) made.mesh_error_m = one.levels->left_m;
   return made;
@@ -421,55 +317,51 @@ ReportedBranches branches_of(const DrapeInput& input, const BranchSet& set) {
   ReportedBranches made{set.label, set.sha256, branch_sentence(input, set), {}};
   for (const BranchComparison& one : set.branches) {
     const Branch& branch = *input.simulations[one.as_placed.simulation].branch;
-    std::optional<double> shape_m;
-    if (one.as_placed.aligned) shape_m = one.as_placed.aligned->after.mean_m;
     made.branches.push_back({branch.number, branch.fraction, &one == &set.branches[set.nearest],
-                             branch.stable, one.match_m(), shape_m});
+                             branch.stable, one.match_m(), one.as_placed.statistics.shape_m});
   }
   return made;
 }
 
 std::vector<ReportedMark> marks_of(const DrapeInput& input, const Report& report) {
   std::map<MarkId, ReportedMark> marks;
-  const auto at = [&](MarkId id) -> ReportedMark& {
-    ReportedMark& mark = marks[id];
-    mark.row = id.row;
-    mark.col = id.col;
-    return mark;
-  };
   for (const SheetMark& measured : input.measured.sheet.marks) {
-    ReportedMark& mark = at(measured.mark);
+    ReportedMark& mark = marks[measured.mark];
     mark.real_in_world = measured.point_in_world;
     mark.views = measured.views;
-    if (measured.covariance_m2) mark.sigma_m = worst_sigma_m(*measured.covariance_m2);
+    mark.sigma_m = worst_sigma_m(measured);
   }
-  for (const Gap& gap : input.measured.sheet.gaps) at(gap.mark).gap = gap.reason;
+  for (const Gap& gap : input.measured.sheet.gaps) marks[gap.mark].gap = gap.reason;
   if (const auto list = speaking_list(input)) {
     for (const BandMark& band : list->band) {
-      ReportedMark& mark = at(band.mark);
+      ReportedMark& mark = marks[band.mark];
       mark.band_in_world = band.mean_in_world;
       mark.band_radius_m = band.radius95_m;
     }
   }
-  std::vector<ReportedMark> list;
   if (report.headline) {
     const MarkComparison& compared = report.speaks().marks;
-    for (const Excluded& gap : compared.excluded) at(gap.mark).gap = gap.reason;
+    for (const Excluded& gap : compared.excluded) marks[gap.mark].gap = gap.reason;
     for (const MarkError& error : compared.marks) {
-      ReportedMark& mark = at(error.mark);
+      ReportedMark& mark = marks[error.mark];
       mark.virtual_in_world = error.virtual_in_world;
       mark.distance_m = error.distance_m;
       mark.sigma_distance_m = error.sigma_distance_m;
     }
   }
-  for (auto& [id, mark] : marks) list.push_back(std::move(mark));
+  std::vector<ReportedMark> list;
+  for (auto& [id, mark] : marks) {
+    mark.row = id.row;
+    mark.col = id.col;
+    list.push_back(std::move(mark));
+  }
   return list;
 }
 
 /// Text such as "box 128 x 128 x 40 mm, table", without planes that are level below everything.
 std::string objects_of(const Scene& scene) {
   std::vector<std::string> words;
-  const auto add = [&](const Obstacle& obstacle) {
+  for (const Obstacle& obstacle : scene.obstacles) {
     if (const auto* sphere = std::get_if<Sphere>(&obstacle)) {
       words.push_back(fmt::format("sphere {:g} mm", 2 * sphere->radius_m / mm));
     } else if (const auto* box = std::get_if<Box>(&obstacle)) {
@@ -481,8 +373,7 @@ std::string objects_of(const Scene& scene) {
     } else if (const auto* mesh = std::get_if<MeshObject>(&obstacle)) {
       words.push_back("mesh " + mesh->file.stem().string());
     }
-  };
-  std::for_each(scene.obstacles.begin(), scene.obstacles.end(), add);
+  }
   if (!scene.pins.empty()) words.push_back(fmt::format("{} pins", scene.pins.size()));
   if (!scene.clamps.empty()) words.push_back(fmt::format("{} clamps", scene.clamps.size()));
   return fmt::format("{}", fmt::join(words, ", "));
@@ -518,8 +409,8 @@ std::vector<std::string> facts_of(const DrapeFiles& drape, const Report& report)
     if (list->memory_band) add("internal friction: ", memory_sentence(*list->memory_band));
   }
   if (drape.error_split)
-    if (const std::string sentence = error_split_sentence(*drape.error_split); !sentence.empty())
-      add(fmt::format("over {} marks, ", drape.error_split->marks), sentence);
+    add(fmt::format("over {} marks, ", drape.error_split->marks),
+        error_split_sentence(*drape.error_split));
   if (const auto& budget = drape.input.measured.sheet.error_budget)
     add("of a mark, RMS over the sheet: ",
         fmt::format("noise of the dots' centres {:.4f} mm, bent and slanted dots {:.4f} mm{}",
@@ -539,65 +430,11 @@ std::vector<std::string> facts_of(const DrapeFiles& drape, const Report& report)
   return facts;
 }
 
-std::string capital(std::string text) {
-  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  return text;
-}
-
-/// Text: "from the measured shape it rests 13.2 mm away (8 to 13 mm by friction 0.2 to 0.8)".
-std::string model_words(const ModelRest& model, const std::optional<double>& u_mm) {
-  std::string text = fmt::format("Started from the measured shape it rests {} mm away",
-                                 figure(model.distance_m / mm, u_mm));
-  if (!model.range.empty())
-    text += fmt::format(" ({} to {} mm by {}, not measured)", figure(model.least_m / mm, u_mm),
-                        figure(model.largest_m / mm, u_mm), model.range);
-  if (model.other_branch)
-    text += *model.other_branch ? ", on another branch" : ", on the same branch";
-  return text + ".";
-}
-
-/// Explains the match in one or two sentences.
-std::string why_of(const Report& report) {
-  if (!report.go()) return capital(report.no_go.front()) + ".";
-  if (!report.headline || !report.budget) return capital(report.match.reason) + ".";
-  const MatchVerdict& match = report.match;
-  const Budget& budget = *report.budget;
-  std::optional<double> u;  // a lower bound of U rounds nothing
-  if (budget.missing.empty()) u = budget.expanded_m / mm;
-  const double margin_m = budget.inputs_m + budget.own_m;
-  const std::string margin = figure(margin_m / mm, u);
-  std::string why;
-  if (match.match == Match::none) {
-    why = "No limit is stated, and fewer than three layings show how far real drapes differ.";
-  } else {
-    const std::string limit =
-        fmt::format("the limit of {} mm ({})", figure(*match.limit_m / mm, u), match.rests_on);
-    const char* side = *match.value_m > *match.limit_m ? "Beyond" : "Within";
-    if (match.match == Match::inside)
-      why = fmt::format("Within {} even with the margin of error ({} mm).", limit, margin);
-    else if (match.match == Match::outside)
-      why = fmt::format("Beyond {} even without the margin of error ({} mm).", limit, margin);
-    else if (!budget.missing.empty())
-      why = fmt::format(
-          "{} {}, but undecided, since U lacks {}{}.", side, limit, budget.missing.front(),
-          budget.missing.size() > 1 ? fmt::format(" and {} more", budget.missing.size() - 1)
-                                    : std::string());
-    else if (decide(*match.value_m, margin_m, *match.limit_m) == Match::outside)
-      why = fmt::format("Beyond {}, but another start's branch is within it.", limit);
-    else
-      why =
-          fmt::format("{} {}, but by less than the margin of error ({} mm).", side, limit, margin);
-  }
-  if (match.model && match.match != Match::inside) why += " " + model_words(*match.model, u);
-  return why;
-}
-
 /// Names the next action; empty if none is needed.
 std::string next_of(const Report& report) {
   if (!report.go()) return "mend the cause and run again.";
-  const auto sentence = [](const std::string& text) { return text.empty() ? text : text + "."; };
   if (!report.headline) return "simulate the drape.";
-  if (!report.match.remedies.empty()) return sentence(report.match.remedies.front());
+  if (!report.match.remedies.empty()) return report.match.remedies.front() + ".";
   if (report.match.match == Match::inside || !report.budget) return {};
   for (const std::string& missing : report.budget->missing)
     if (missing.find('`') != std::string::npos) return "complete U: " + missing + ".";
@@ -617,7 +454,8 @@ ReportedDrape drape_of(const DrapeFiles& files, const Report& report, const Sess
   drape.set = input.measured.measured().set;
   drape.rig = input.measured.measured().rig;
   if (input.scene) drape.object = objects_of(*input.scene);
-  drape.why = why_of(report);
+  drape.why = (report.go() ? report.match.reason : report.no_go.front()) + ".";
+  drape.why[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(drape.why[0])));
   drape.next = next_of(report);
   for (const RealVirtual& row : report.real_virtual)
     drape.simulations.push_back(simulation_of(input.simulations[row.simulation], row));
@@ -638,13 +476,12 @@ ReportedDrape drape_of(const DrapeFiles& files, const Report& report, const Sess
 
 ReportedCalibration calibration_of(const Session& session) {
   const Calibration& own = *session.calibration;
-  ReportedCalibration made{own.method,
-                           session.calibration_sha256,
-                           own.no_go.value_or(""),
-                           static_cast<int>(own.sets.size()),
-                           {},
-                           {},
-                           own.warnings};
+  ReportedCalibration made;
+  made.method = own.method;
+  made.sha256 = session.calibration_sha256;
+  made.no_go = own.no_go.value_or("");
+  made.sets = static_cast<int>(own.sets.size());
+  made.warnings = own.warnings;
   for (const CalibratedCamera& one : own.cameras)
     made.cameras.push_back({one.camera.name, one.residuals.points, one.residuals.rms_px,
                             one.residuals.max_px, one.residuals.object_rms_mm * mm,
@@ -678,9 +515,7 @@ std::vector<ReportedNote> notes_of(const Outcome& outcome) {
   };
   for (const std::string& reason : outcome.reasons()) add(reason, true);
   for (const std::string& warning : outcome.warnings) add(warning, false);
-  std::stable_sort(notes.begin(), notes.end(), [](const ReportedNote& a, const ReportedNote& b) {
-    return a.severity < b.severity;
-  });
+  std::ranges::stable_sort(notes, {}, &ReportedNote::severity);
   return notes;
 }
 

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <regex>
 #include <set>
+#include <utility>
 
 #include "compare/report/account.hpp"
 #include "compare/schema/schema.hpp"
@@ -72,46 +72,37 @@ void remove_others(const fs::path& folder, const std::vector<fs::path>& written)
 }
 
 /// Photographs by the names used in the views.
-std::map<std::string, std::string> pictures_of(const RunReport& report, const fs::path& folder) {
-  std::map<std::string, std::string> pictures;
+std::map<std::string, std::vector<unsigned char>> pictures_of(const RunReport& report,
+                                                              const fs::path& folder) {
+  std::map<std::string, std::vector<unsigned char>> pictures;
   for (const ReportedDrape& drape : report.drapes)
     for (const ReportedView& view : drape.views)
       if (const fs::path file = folder / view.picture; !view.picture.empty())
-        for (const unsigned char byte :
-             read_inside(file.parent_path(), file.filename().string(), {.file = file.string()}))
-          pictures[view.picture] += static_cast<char>(byte);
+        pictures[view.picture] =
+            read_inside(file.parent_path(), file.filename().string(), {.file = file.string()});
   return pictures;
 }
-
-using Rows = std::vector<std::vector<std::string>>;
 
 /// Points of each series, with the band predicted by the values before each.
 Value series_of(const Trend& trend, double alarm_sigmas) {
   Value all = Value::List{};
-  const Rows& rows = trend.table.rows;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto& row = rows[i];
-    if (i == 0 || row[0] != rows[i - 1][0]) {
-      Value series;
-      series["name"] = row[0];
-      series["unit"] = row[4];
-      series["points"] = Value::List{};
-      all.append(std::move(series));
-    }
-    Value point;
-    point["label"] = row[2];
-    point["value"] = std::stod(row[3]);
-    point["low"] = Value();
-    point["high"] = Value();
+  std::optional<std::string> name;
+  for (const std::vector<std::string>& row : trend.table.rows) {
+    Value low, high;
     if (!row[5].empty()) {
       const double mean = std::stod(row[5]);
       const double reach =
           alarm_sigmas * std::stod(row[6]) * std::sqrt(1 + 1 / (std::stod(row[1]) - 1));
-      point["low"] = mean - reach;
-      point["high"] = mean + reach;
+      low = mean - reach;
+      high = mean + reach;
     }
-    point["alarm"] = !row[8].empty();
-    all.get_if<Value::List>()->back()["points"].append(std::move(point));
+    if (row[0] != std::exchange(name, row[0]))
+      all.append(Value::Table{{"name", row[0]}, {"unit", row[4]}, {"points", Value::List{}}});
+    all.get_if<Value::List>()->back()["points"].append(Value::Table{{"label", row[2]},
+                                                                    {"value", std::stod(row[3])},
+                                                                    {"low", low},
+                                                                    {"high", high},
+                                                                    {"alarm", !row[8].empty()}});
   }
   return all;
 }
@@ -127,11 +118,10 @@ std::string script_hash(const std::string& script) {
 }
 
 std::string page_of(const std::string& title, const std::string& kind, const Value& data,
-                    const std::map<std::string, std::string>& jpegs) {
+                    const std::map<std::string, std::vector<unsigned char>>& jpegs) {
   Value pictures = Value::Table{};
   for (const auto& [name, bytes] : jpegs)
-    pictures[name] =
-        "data:image/jpeg;base64," + base64(std::vector<unsigned char>(bytes.begin(), bytes.end()));
+    pictures[name] = "data:image/jpeg;base64," + base64(bytes);
   const std::string script = page_script();
   return fmt::format(
              "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
@@ -164,29 +154,27 @@ std::string vtp_of(const ReportedDrape& drape, VtkPart part) {
         cell.push_back(static_cast<double>(at->second));
     if (cell.size() == 4) cells.push_back(std::move(cell));
   }
-  std::vector<bool> ends = {part == VtkPart::simulated};
-  if (part == VtkPart::distance) {
-    ends = {false, true};
+  const bool lines = part == VtkPart::distance;
+  if (lines) {
     cells.clear();
     for (std::size_t i = 0; i < marks.size(); ++i)
       cells.push_back({static_cast<double>(i), static_cast<double>(i + marks.size())});
   }
   std::vector<double> points;
-  for (const bool simulated : ends)
+  const auto add_points = [&](auto member) {
     for (const ReportedMark* mark : marks)
-      for (const double x :
-           Eigen::Vector3d((simulated ? *mark->virtual_in_world : *mark->real_in_world) / mm))
-        points.push_back(x);
-  const auto scalars = [&](const std::string& name,
-                           const std::function<double(const ReportedMark&)>& of) {
+      for (const double x : Eigen::Vector3d(*(mark->*member) / mm)) points.push_back(x);
+  };
+  if (part != VtkPart::simulated) add_points(&ReportedMark::real_in_world);
+  if (part != VtkPart::measured) add_points(&ReportedMark::virtual_in_world);
+  const auto scalars = [&](const std::string& name, const auto& of) {
     std::vector<double> values;
-    for (std::size_t end = 0; end < ends.size(); ++end)
+    for (int end = 0; end < (lines ? 2 : 1); ++end)
       for (const ReportedMark* mark : marks) values.push_back(of(*mark));
     return array_of(name, "Float64", 1, values);
   };
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   const auto length = [](const std::optional<double>& x) { return x ? *x / mm : unknown; };
-  const bool lines = part == VtkPart::distance;
   return fmt::format(
              "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
              "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<Piece "
@@ -197,9 +185,9 @@ std::string vtp_of(const ReportedDrape& drape, VtkPart part) {
          scalars("sigma_distance_mm",
                  [&](const auto& mark) { return length(mark.sigma_distance_m); }) +
          scalars("sigma_mm", [&](const auto& mark) { return length(mark.sigma_m); }) +
-         scalars("row", [](const auto& mark) { return static_cast<double>(mark.row); }) +
-         scalars("col", [](const auto& mark) { return static_cast<double>(mark.col); }) +
-         "</PointData>\n<Points>\n" + array_of("Points", "Float64", 3, points) + "</Points>\n" +
+         scalars("row", [](const auto& mark) { return mark.row; }) +
+         scalars("col", [](const auto& mark) { return mark.col; }) + "</PointData>\n<Points>\n" +
+         array_of("Points", "Float64", 3, points) + "</Points>\n" +
          cells_of(lines ? "Lines" : "Polys", cells) + "</Piece>\n</PolyData>\n</VTKFile>\n";
 }
 
@@ -254,7 +242,7 @@ ORDER BY drape, sheet, s.segments, s.spacing_mm, s.grid_rows, d.sheet_sha256)sql
   coalesce(measured, 'no real cloth') AS "marks of", comparison AS pair, measurement,
   state FROM v_virtual_vs_virtual)sql");
   const std::size_t columns = list.names.size();
-  const auto no_go = std::count_if(list.rows.begin(), list.rows.end(), [&](const auto& row) {
+  const auto no_go = std::ranges::count_if(list.rows, [&](const auto& row) {
     return row[columns - 3] == "NO-GO" && row[columns - 1] == "current";
   });
   std::string verdict = trend.alarms == 0

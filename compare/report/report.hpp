@@ -14,9 +14,9 @@ namespace drape::compare {
 
 /// A page as one file: bundled core/page, `data` under the id `kind` ("report", "history"), and
 /// pictures by the names used in the data. It fetches nothing and runs no other script.
-[[nodiscard]] std::string page_of(const std::string& title, const std::string& kind,
-                                  const Value& data,
-                                  const std::map<std::string, std::string>& jpegs = {});
+[[nodiscard]] std::string page_of(
+    const std::string& title, const std::string& kind, const Value& data,
+    const std::map<std::string, std::vector<unsigned char>>& jpegs = {});
 
 /// Hash of a script for a Content-Security-Policy.
 [[nodiscard]] std::string script_hash(const std::string& script);

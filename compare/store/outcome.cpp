@@ -572,10 +572,11 @@ void insert_drape(Writer& writer, const std::string& run, const DrapeFiles& drap
     expanded_mm = report.budget->expanded_m / mm;
     complete = report.budget->missing.empty();
   }
-  const bool is_new = writer.insert(
-      "run_drape", run, input.measured.sha256, report.name, source.set, pictures_of(drape),
-      report.go() ? "GO" : "NO-GO", report.go() ? Cell() : Cell(report.no_go.front()),
-      name_of(report.match.match), report.match.reason, headline, expanded_mm, complete, limit_mm);
+  const bool is_new = writer.insert("run_drape", run, input.measured.sha256, report.name,
+                                    source.set, pictures_of(drape), report.go() ? "GO" : "NO-GO",
+                                    report.go() ? Cell() : Cell(report.no_go.front()),
+                                    std::string(name_of(report.match.match)), report.match.reason,
+                                    headline, expanded_mm, complete, limit_mm);
   if (!is_new) throw internal_error("a run has the drape " + report.name + " twice");
   const auto add = [&](const RealVirtual& row) {
     writer.insert("run_comparison", key_of(input, row), run);
@@ -596,8 +597,8 @@ void insert_match(Writer& writer, const std::string& run, const DrapeInput& inpu
   writer.insert("run_match", key, run, input.measured.sha256, report.match.rests_on,
                 report.significance, repeats, p);
   for (const MatchBasis& basis : report.match.bases)
-    writer.insert("match_basis", key, basis.what, name_of(basis.verdict), basis.value, basis.limit,
-                  basis.unit, basis.p, basis.reason);
+    writer.insert("match_basis", key, basis.what, std::string(name_of(basis.verdict)), basis.value,
+                  basis.limit, basis.unit, basis.p, basis.reason);
   for (const RepeatLine& line : report.repeats) {
     const SheetFile& sheet = line.input ? input.repeats[*line.input] : input.measured;
     writer.insert("real_repeat", key, sheet.sha256, line.set, line.repeat, given(line.face),

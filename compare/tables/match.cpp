@@ -32,24 +32,15 @@ double mean_change_m(const MatrixX3d& differences_m, const MatrixX3d& moves_m) {
   return ((differences_m + moves_m).rowwise().norm() - differences_m.rowwise().norm()).mean();
 }
 
-MarkId id_of(MarkId mark) {
-  return mark;
-}
-
-template <class Marked>
-MarkId id_of(const Marked& one) {
-  return one.mark;
-}
-
 /// Positions of the headline's marks in another list; nullopt if it lacks one.
-template <class Marks>
-std::optional<std::vector<Index>> rows_in(const Marks& marks, const Report& report) {
+template <class List, class MarkOf = std::identity>
+std::optional<std::vector<Index>> rows_in(const List& list, const Report& report,
+                                          MarkOf mark_of = {}) {
   std::vector<Index> rows;
   for (const MarkError& mark : report.speaks().marks.marks) {
-    const auto at = std::find_if(marks.begin(), marks.end(),
-                                 [&](const auto& one) { return id_of(one) == mark.mark; });
-    if (at == marks.end()) return std::nullopt;
-    rows.push_back(at - marks.begin());
+    const auto at = std::ranges::find(list, mark.mark, mark_of);
+    if (at == list.end()) return std::nullopt;
+    rows.push_back(at - list.begin());
   }
   return rows;
 }
@@ -60,7 +51,7 @@ void add_mesh(const DrapeInput& input, const Report& report, BudgetInputs& input
   const auto& levels = input.simulations[report.speaks().simulation].levels;
   if (!levels || !levels->left_m)
     return inputs.lack("the mesh error, which its sheet does not state");
-  const auto rows = rows_in(levels->marks, report);
+  const auto rows = rows_in(levels->marks, report, &LevelMark::mark);
   if (!rows) return inputs.lack("mesh error: levels.json lacks a mark");
   MatrixX3d way_m = inputs.differences_m.rowwise().normalized();
   double sum_m = 0;
@@ -75,7 +66,7 @@ void add_mesh(const DrapeInput& input, const Report& report, BudgetInputs& input
   inputs.effects.push_back(
       {"mesh", "what its finest mesh may leave, along each mark's way from the next coarser one",
        true, -way_m, way_m,
-       fmt::format("`--spacing-mm {:g}`", levels->levels.back().spacing_m / mm / 2),
+       fmt::format("simulate with `--spacing-mm {:g}`", levels->levels.back().spacing_m / mm / 2),
        sum_m / static_cast<double>(way_m.rows())});
 }
 
@@ -100,34 +91,35 @@ void add_beyond_first_order(const DrapeInput& input, const Report& report, Budge
                     inputs.drawn.size(), beyond.rests.size()));
 }
 
+/// Null if the file has no such value of the scene.
+const SceneEffect* effect_of(const SensitivityFile& split, const std::string& value) {
+  const auto one = std::ranges::find(split.scene, value, &SceneEffect::value);
+  return one == split.scene.end() ? nullptr : &*one;
+}
+
 /// Adds the range in which internal friction can hold the cloth, from the rests after two loading
 /// histories; a drape without it lies near the middle of the range of one with it.
 void add_memory(const DrapeInput& input, const Report& report,
                 const std::optional<SensitivityFile>& split, BudgetInputs& inputs) {
-  std::vector<MarkId> marks;
   InputEffect effect{"internal friction's interval", {}, true, {}, {}};
+  std::optional<std::vector<Index>> rows;
   if (const auto list = speaking_list(input); list && list->memory_band) {
-    const MemoryBand* band = &*list->memory_band;
-    for (const MarkInterval& one : band->marks) marks.push_back(one.mark);
-    effect.down_m = band->lowest_m();
-    effect.up_m = band->highest_m();
+    const MemoryBand& band = *list->memory_band;
+    rows = rows_in(band.marks, report, &MarkInterval::mark);
+    effect.down_m = band.lowest_m();
+    effect.up_m = band.highest_m();
     effect.origin =
         "between the lowest and the highest end of the ensemble's drape after other pasts";
-  } else if (split) {
-    const auto one = std::find_if(split->scene.begin(), split->scene.end(), [](const auto& value) {
-      return value.value == "internal_friction";
-    });
-    if (one == split->scene.end() || !one->moves) return;
-    marks = split->marks_at;
+  } else {
+    const SceneEffect* one = split ? effect_of(*split, "internal_friction") : nullptr;
+    if (one == nullptr || !one->moves) return;
+    rows = rows_in(split->marks_at, report);
     effect.down_m = one->moves->down_m;
     effect.up_m = one->moves->up_m;
     effect.origin =
         fmt::format("both branches of the loops give {:+.3f} mm; as much may be left, up or down",
                     one->change_m_per_unit.value_or(0) / mm);
-  } else {
-    return;
   }
-  const auto rows = rows_in(marks, report);
   if (!rows) return inputs.lack("internal friction's interval: it lacks a mark");
   effect.down_m = MatrixX3d(effect.down_m(*rows, Eigen::all));
   effect.up_m = MatrixX3d(effect.up_m(*rows, Eigen::all));
@@ -189,7 +181,7 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
 /// end of its range leads to another branch, the effect of the other end counts on both sides.
 void add_friction_ends(const FrictionBand& band, const ValueWidth& width, const Report& report,
                        BudgetInputs& inputs) {
-  const auto rows = rows_in(band.marks, report);
+  const auto rows = rows_in(band.marks, report, &MarkInterval::mark);
   if (!rows) return inputs.lack("friction: the ensemble lacks a mark");
   std::string lost;
   std::vector<MatrixX3d> moves_m;
@@ -230,15 +222,12 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
   }
   if (split->values.empty()) inputs.lack("fabric values: the base has no first-order answer");
   const auto add = [&](const std::string& value, const ValueWidth& width) {
-    const auto one = std::find_if(split->scene.begin(), split->scene.end(),
-                                  [&](const SceneEffect& e) { return e.value == value; });
-    const bool known = one != split->scene.end();
-    add_moves(value, known ? one->moves : std::nullopt, known ? one->absent : "", width, *rows,
-              inputs);
+    const SceneEffect* one = effect_of(*split, value);
+    add_moves(value, one ? one->moves : std::nullopt, one ? one->absent : "", width, *rows, inputs);
   };
   const auto pin_m = [&](const Pin& pin) {
     const SheetMark* mark = input.measured.sheet.find(pin.mark);
-    return mark != nullptr && mark->covariance_m2 ? worst_sigma_m(*mark->covariance_m2) : 0.0;
+    return mark ? worst_sigma_m(*mark).value_or(0) : 0;
   };
   const auto list = speaking_list(input);
   for (const auto& [value, width] : values_of(*input.scene, pin_m))
@@ -304,9 +293,8 @@ const MarkRepeats::SheetMatch* among(const Report& report) {
 }
 
 int repeats_of(const Report& report) {
-  return static_cast<int>(
-      std::count_if(report.repeats.begin(), report.repeats.end(),
-                    [](const RepeatLine& line) { return line.left_out.empty(); }));
+  return static_cast<int>(std::ranges::count_if(
+      report.repeats, [](const RepeatLine& line) { return line.left_out.empty(); }));
 }
 
 void add_repeats(const Report& report, std::vector<MatchBasis>& bases) {
@@ -351,23 +339,19 @@ void add_ensemble(const std::optional<PlacedDrape>& ensemble, std::vector<MatchB
                    fmt::format("{:.0f} % of its marks are in their 95 % bands", 100 * in)});
 }
 
-/// Limit of the match, with the value compared to it.
-struct Limit {
-  double value_m = 0, limit_m = 0;
-  std::string what, rests_on;
-  std::optional<double> p = {};
-};
-
-std::optional<Limit> limit_of(const Options& options, const Report& report) {
-  if (const MarkRepeats::SheetMatch* match = among(report))
-    if (const auto limit = limit_m(*match, report.significance))
-      return Limit{mean_of(match->bases.front().virtual_to_real_m), *limit, "repeats",
-                   fmt::format("{} repeats", repeats_of(report)), match->p};
-  if (!options.tolerance_m) return std::nullopt;
-  return Limit{.value_m = report.speaks().statistics.mean_m,
-               .limit_m = *options.tolerance_m,
-               .what = "tolerance",
-               .rests_on = "tolerance"};
+/// Sets the limit and the value compared with it: by the repeats if there are enough, else by the
+/// tolerance.
+void set_limit(const Options& options, const Report& report, MatchVerdict& verdict) {
+  const MarkRepeats::SheetMatch* match = among(report);
+  verdict.limit_m = match ? limit_m(*match, report.significance) : std::nullopt;
+  if (verdict.limit_m) {
+    verdict.value_m = mean_of(match->bases.front().virtual_to_real_m);
+    verdict.rests_on = fmt::format("{} repeats", repeats_of(report));
+  } else if (options.tolerance_m) {
+    verdict.limit_m = options.tolerance_m;
+    verdict.value_m = report.speaks().statistics.mean_m;
+    verdict.rests_on = "tolerance";
+  }
 }
 
 /// Sets the half width of the inputs alone and the bound of the simulation's own error.
@@ -394,8 +378,7 @@ std::vector<std::string> remedies_of(Budget budget, double room_m) {
   for (BudgetLine& line : budget.lines)
     if (!line.remedy.empty()) open.push_back(&line);
   const auto size_m = [](const BudgetLine* line) { return line->own_m.value_or(2 * line->u_m); };
-  std::stable_sort(open.begin(), open.end(),
-                   [&](const BudgetLine* a, const BudgetLine* b) { return size_m(a) > size_m(b); });
+  std::ranges::stable_sort(open, std::greater(), size_m);
   std::vector<std::string> remedies;
   for (BudgetLine* line : open) {
     if (open_m() < room_m) break;
@@ -411,13 +394,13 @@ std::vector<std::string> remedies_of(Budget budget, double room_m) {
 /// A branch from another start that is within the limit while the headline is not; null if branches
 /// cannot be distinguished at the headline's distance.
 const BranchComparison* branch_within(const DrapeInput& input, const Report& report,
-                                      const Limit& limit) {
+                                      const MatchVerdict& verdict) {
   const auto list = speaking_list(input);
-  if (!list || !(list->linked_m < limit.value_m)) return nullptr;
+  if (!list || !(list->linked_m < *verdict.value_m)) return nullptr;
   for (const BranchSet& set : report.branch_sets) {
     if (set.sha256 != list->document.sha256()) continue;
     for (const BranchComparison& one : set.branches)
-      if (one.as_placed.statistics.mean_m <= limit.limit_m &&
+      if (one.as_placed.statistics.mean_m <= *verdict.limit_m &&
           input.simulations[one.as_placed.simulation].branch->starts.size() > 0)
         return &one;
   }
@@ -485,58 +468,67 @@ std::optional<ModelRest> model_of(const DrapeInput& input, const Report& report)
   return model;
 }
 
-/// Phrase such as "; from the measured shape it rests at 13.2 mm (8.4 to 13.2 mm for friction 0.2
-/// to 0.8, which nobody measured), on another branch".
-std::string model_phrase(const ModelRest& model) {
-  std::string text =
-      fmt::format("; from the measured shape it rests at {:.3f} mm", model.distance_m / mm);
+/// U in mm, by which figures are rounded; a lower bound rounds nothing.
+std::optional<double> expanded_mm(const Budget& budget) {
+  return budget.missing.empty() ? std::optional(budget.expanded_m / mm) : std::nullopt;
+}
+
+/// Text: ". Started from the measured shape, it rests 13.2 mm from the cloth (8 to 13 mm by
+/// friction 0.2 to 0.8, not measured), on another branch".
+std::string model_sentence(const ModelRest& model, const std::optional<double>& u_mm) {
+  std::string text = fmt::format(". Started from the measured shape, it rests {} mm from the cloth",
+                                 figure(model.distance_m / mm, u_mm));
   if (!model.range.empty())
-    text += fmt::format(" ({:.3f} to {:.3f} mm for {}, which nobody measured{})",
-                        model.least_m / mm, model.largest_m / mm, model.range,
-                        model.lost.empty() ? "" : fmt::format("; {}", fmt::join(model.lost, "; ")));
-  if (model.other_branch) text += *model.other_branch ? ", on another branch" : ", on this branch";
+    text += fmt::format(" ({} to {} mm by {}, not measured)", figure(model.least_m / mm, u_mm),
+                        figure(model.largest_m / mm, u_mm), model.range);
+  if (model.other_branch)
+    text += *model.other_branch ? ", on another branch" : ", on the same branch";
   return text;
 }
 
-/// Text such as "3.887 mm beside T = 3.500 mm (tolerance): undecided, for 0.2 mm by inputs and 0.5
-/// mm by the mesh are open".
-std::string decision_text(const Limit& limit, const Budget& budget) {
-  return fmt::format(
-      "{:.3f} mm beside a limit of {:.3f} mm ({}), with {:.3f} mm open by the inputs (95 %) and "
-      "{:.3f} mm by the simulation's own error",
-      limit.value_m / mm, limit.limit_m / mm, limit.rests_on, budget.inputs_m / mm,
-      budget.own_m / mm);
-}
-
-/// Decides by the limit; if undecided, states the cause and what could lead to a decision.
-void judge_by(const Limit& limit, const DrapeInput& input, const Report& report,
-              MatchVerdict& verdict) {
+/// Decides by the limit and says why; if undecided, states the cause and what could lead to a
+/// decision.
+void judge_by_limit(const DrapeInput& input, const Report& report,
+                    const std::optional<double>& u_mm, MatchVerdict& verdict) {
   const Budget& budget = *report.budget;
-  verdict.value_m = limit.value_m;
-  verdict.limit_m = limit.limit_m;
-  verdict.rests_on = limit.rests_on;
-  verdict.match = decide(limit.value_m, budget.inputs_m + budget.own_m, limit.limit_m);
-  verdict.reason = decision_text(limit, budget);
+  const double value_m = *verdict.value_m, limit_m = *verdict.limit_m;
+  const double open_m = budget.inputs_m + budget.own_m;
+  const std::string margin = fmt::format("the margin of error ({} mm)", figure(open_m / mm, u_mm));
+  std::string but = "even with " + margin;
+  verdict.match = decide(value_m, open_m, limit_m);
   if (!budget.missing.empty()) {
     verdict.match = Match::undecided;
-    verdict.reason += fmt::format("; the budget lacks {}", fmt::join(budget.missing, "; "));
+    but = "but undecided, since U lacks " + budget.missing.front();
+    if (budget.missing.size() > 1) but += fmt::format(" and {} more", budget.missing.size() - 1);
   } else if (verdict.match == Match::undecided) {
-    verdict.remedies = remedies_of(budget, std::abs(limit.value_m - limit.limit_m));
-    if (verdict.remedies.empty() && limit.what == "tolerance")
+    but = "but by less than " + margin;
+    verdict.remedies = remedies_of(budget, std::abs(value_m - limit_m));
+    if (verdict.remedies.empty() && verdict.rests_on == "tolerance")
       verdict.remedies.push_back("lay the cloth three times: their scatter is then the limit");
   } else if (verdict.match == Match::outside) {
-    if (const BranchComparison* other = branch_within(input, report, limit)) {
+    but = "even without " + margin;
+    if (const BranchComparison* other = branch_within(input, report, verdict)) {
       verdict.match = Match::undecided;
-      const RealVirtual& there = other->as_placed;
-      verdict.reason += fmt::format("; another start gives branch {}, {:.3f} mm away",
-                                    input.simulations[there.simulation].branch->number,
-                                    there.statistics.mean_m / mm);
+      but = fmt::format("but another start gives branch {}, {} mm away",
+                        input.simulations[other->as_placed.simulation].branch->number,
+                        figure(other->as_placed.statistics.mean_m / mm, u_mm));
     }
   }
-  if (!verdict.remedies.empty())
-    verdict.reason += fmt::format("; to decide: {}", fmt::join(verdict.remedies, ", "));
-  MatchBasis basis{limit.what, verdict.match, limit.value_m / mm,          limit.limit_m / mm,
-                   "mm",       limit.p,       decision_text(limit, budget)};
+  verdict.reason = fmt::format("{} the limit of {} mm ({}){} {}",
+                               value_m > limit_m ? "beyond" : "within", figure(limit_m / mm, u_mm),
+                               verdict.rests_on, but.starts_with("but") ? "," : "", but);
+  const bool by_repeats = verdict.rests_on != "tolerance";
+  MatchBasis basis{by_repeats ? "repeats" : "tolerance",
+                   verdict.match,
+                   value_m / mm,
+                   limit_m / mm,
+                   "mm",
+                   by_repeats ? among(report)->p : std::nullopt,
+                   fmt::format("{:.3f} mm are open by the inputs (95 %) and {:.3f} mm by the "
+                               "simulation's own error",
+                               budget.inputs_m / mm, budget.own_m / mm)};
+  if (!budget.missing.empty())
+    basis.reason += fmt::format("; U lacks {}", fmt::join(budget.missing, "; "));
   verdict.bases.insert(verdict.bases.begin(), std::move(basis));
 }
 
@@ -596,8 +588,7 @@ Budget budget_of(const BudgetInputs& inputs) {
   for (const InputEffect& effect : inputs.effects)
     budget.lines.push_back({effect.what, alone_m(inputs.differences_m, effect), effect.origin,
                             effect.rectangular, effect.remedy, effect.own_m});
-  std::stable_sort(budget.lines.begin(), budget.lines.end(),
-                   [](const BudgetLine& a, const BudgetLine& b) { return a.u_m > b.u_m; });
+  std::ranges::stable_sort(budget.lines, std::greater(), &BudgetLine::u_m);
   budget.expanded_m = half_width_m(budget.lines);
   add_open(budget);
   return budget;
@@ -671,7 +662,7 @@ Match decide(double value_m, double open_m, double limit_m) {
 MatchVerdict match_of(const DrapeInput& input, const Options& options, const Report& report) {
   MatchVerdict verdict;
   if (!report.headline || !report.budget) {
-    verdict.reason = "nothing was compared mark by mark";
+    verdict.reason = report.go() ? "nothing was compared mark by mark" : report.no_go.front();
     return verdict;
   }
   if (report.budget->expanded_m > 0)
@@ -681,22 +672,21 @@ MatchVerdict match_of(const DrapeInput& input, const Options& options, const Rep
   verdict.model = model_of(input, report);
   if (!report.go()) {
     verdict.match = Match::undecided;
-    verdict.reason = "the measurement is NO-GO: " + report.no_go.front();
+    verdict.reason = report.no_go.front();
     return verdict;
   }
-  if (const auto limit = limit_of(options, report)) {
-    judge_by(*limit, input, report, verdict);
+  const std::optional<double> u_mm = expanded_mm(*report.budget);
+  set_limit(options, report, verdict);
+  if (verdict.limit_m) {
+    judge_by_limit(input, report, u_mm, verdict);
   } else {
     verdict.remedies = {"lay the cloth three times", "state tolerance_mm in the rig"};
-    verdict.reason = "nothing says how far a match may lie: " + verdict.remedies.front() + ", or " +
-                     verdict.remedies.back();
+    verdict.reason =
+        "no limit is stated, and fewer than three layings show how far real drapes differ";
   }
-  if (verdict.model) verdict.reason += model_phrase(*verdict.model);
+  if (verdict.model && verdict.match != Match::inside)
+    verdict.reason += model_sentence(*verdict.model, u_mm);
   return verdict;
-}
-
-std::string name_of(Match match) {
-  return std::string(drape::name_of(match));
 }
 
 }  // namespace drape::compare

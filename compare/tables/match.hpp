@@ -85,5 +85,4 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
 [[nodiscard]] MatchVerdict match_of(const DrapeInput& input, const Options& options,
                                     const Report& report);
 
-[[nodiscard]] std::string name_of(Match match);
 }  // namespace drape::compare

@@ -121,8 +121,8 @@ TEST(Match, WithoutALimitIsNone) {
   EXPECT_EQ(report.match.match, Match::none);
   EXPECT_EQ(report.match.rests_on, "");
   EXPECT_FALSE(report.match.limit_m);
-  EXPECT_THAT(report.match.reason, HasSubstr("lay the cloth three times"));
-  EXPECT_THAT(report.match.reason, HasSubstr("tolerance_mm"));
+  EXPECT_THAT(report.match.remedies, testing::ElementsAre(HasSubstr("lay the cloth three times"),
+                                                          HasSubstr("tolerance_mm")));
 }
 
 /// Contributions of a budget by name, each a standard uncertainty (mm), with a remedy if named.
@@ -288,7 +288,8 @@ TEST_F(MatchOfBranches, TellsTheStartFromTheModel) {
   EXPECT_NEAR(*match.model->apart_m / mm, 3.8, 1e-9);
   EXPECT_TRUE(*match.model->other_branch);
   EXPECT_NEAR(*match.value_m / mm, 5, 1e-9) << "the scene's own start keeps its meaning";
-  EXPECT_THAT(match.reason, HasSubstr("rests at 1.200 mm (0.900 to 1.300 mm for friction"));
+  EXPECT_THAT(match.reason,
+              HasSubstr("rests 1.200 mm from the cloth (0.900 to 1.300 mm by friction"));
   EXPECT_THAT(match.reason, HasSubstr("on another branch"));
   EXPECT_FALSE(*verdict(4 * mm).model->other_branch);
 }

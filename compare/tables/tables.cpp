@@ -4,9 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstdint>
+#include <set>
 #include <string_view>
 
 #include "compare/folds/folds.hpp"
@@ -27,15 +26,8 @@ constexpr std::size_t kFabricFiles = 7;  // the fabric file, and two curves of e
 class Row {
  public:
   explicit Row(Table& table) : table_(table) { table.rows.emplace_back(); }
-  void number(const std::string& name, const std::string& heading, std::string cell) {
-    add(name, heading, true, std::move(cell));
-  }
-  void word(const std::string& name, const std::string& heading, std::string cell) {
-    add(name, heading, false, std::move(cell));
-  }
-
- private:
-  void add(const std::string& name, const std::string& heading, bool numeric, std::string cell) {
+  void number(const std::string& name, const std::string& heading, std::string cell,
+              bool numeric = true) {
     if (table_.rows.size() == 1) {
       table_.names.push_back(name);
       table_.headings.push_back(heading);
@@ -43,6 +35,11 @@ class Row {
     }
     table_.rows.back().push_back(std::move(cell));
   }
+  void word(const std::string& name, const std::string& heading, std::string cell) {
+    number(name, heading, std::move(cell), false);
+  }
+
+ private:
   Table& table_;
 };
 
@@ -75,38 +72,28 @@ std::string csv_line(const std::vector<std::string>& cells) {
 Json json_cell(const std::string& cell, bool numeric) {
   if (!numeric) return cell;
   if (cell.empty()) return nullptr;
-  const char* const last = cell.data() + cell.size();
-  const auto parsed = [&](auto& number) {
-    const auto [end, error] = std::from_chars(cell.data(), last, number);
-    return error == std::errc() && end == last;
-  };
-  std::int64_t whole = 0;
-  if (parsed(whole)) return whole;
-  double number = 0;
-  if (parsed(number)) return number;
-  return cell;
+  Json number = Json::parse(cell, nullptr, false);
+  return number.is_number() ? number : Json(cell);
 }
 
 bool several_models(const DrapeInput& input) {
-  return std::any_of(input.simulations.begin(), input.simulations.end(), [&](const auto& s) {
+  return std::ranges::any_of(input.simulations, [&](const auto& s) {
     return s.other_simulator || s.source().model != input.simulations.front().source().model;
   });
 }
 
 /// Keys that distinguish the simulations of the group, except the model, which has its own column.
-std::vector<std::string> apart_keys(const DrapeInput& input) {
-  std::vector<std::string> keys;
+std::set<std::string> apart_keys(const DrapeInput& input) {
+  std::set<std::string> keys;
   for (const Simulation& simulation : input.simulations)
     for (const auto& [key, value] : simulation.apart)
-      if (key != "model" && std::find(keys.begin(), keys.end(), key) == keys.end())
-        keys.push_back(key);
+      if (key != "model") keys.insert(key);
   return keys;
 }
 
 std::string apart_value(const Simulation& simulation, const std::string& key) {
-  for (const auto& [name, value] : simulation.apart)
-    if (name == key) return value;
-  return {};
+  const auto found = simulation.apart.find(key);
+  return found == simulation.apart.end() ? std::string() : found->second;
 }
 
 /// The paper's even tables.
@@ -114,7 +101,7 @@ Table pair_table(const std::string& name, const std::vector<VirtualVirtual>& pai
   Table table = titled(fmt::format("Virtual vs virtual, experiment {}", name));
   const auto add = [&](const VirtualVirtual& pair) {
     Row row(table);
-    row.word("pair", "", pair.label + pair.apart);
+    row.word("pair", "pair", pair.label + pair.apart);
     row.number("mean_dist_mm", "mean dist (mm)", mm_text(pair.statistics.mean_m));
     row.number("max_mm", "max (mm)", mm_text(pair.statistics.max_m));
     row.number("surface_mean_mm", "surfaces, mean (mm)", mm_text(pair.surface.mean_m()));
@@ -133,7 +120,7 @@ Table gap_table(const DrapeInput& input, const RealVirtual& headline) {
   Table table({"row", "col", "reason"}, {0, 1});
   std::vector<Gap> gaps = input.measured.sheet.gaps;
   gaps.insert(gaps.end(), headline.marks.excluded.begin(), headline.marks.excluded.end());
-  std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.mark < b.mark; });
+  std::ranges::sort(gaps, {}, &Gap::mark);
   for (const Gap& gap : gaps)
     table.add({std::to_string(gap.mark.row), std::to_string(gap.mark.col), gap.reason});
   return table;
@@ -209,27 +196,25 @@ void visit_drapemeters(const DrapeInput& input, const Report& report, const Visi
 Table drapemeter_table(const DrapeInput& input, const Report& report) {
   Table table = titled("Drapemeter: the shadow from straight above");
   visit_drapemeters(input, report, [&](const std::string& sheet, const DrapemeterResult& result) {
-    std::optional<double> covered_m2, of_flat, coefficient, folds, depth_m;
-    if (const auto& d = result.value) {
-      covered_m2 = d->covered_area_m2;
-      of_flat = d->covered_area_m2 / d->flat_area_m2;
-      coefficient = d->drape_coefficient;
-      folds = d->folds;
-      depth_m = d->fold_depth_m;
-    }
+    const auto& value = result.value;
+    const auto cell = [&](double unit, const char* format, auto member) {
+      return value ? text_in(unit, format, (*value).*member) : "";
+    };
     Row row(table);
     row.word("sheet", "sheet", sheet);
-    row.number("covered_area_mm2", "covered (mm²)", text_in(mm * mm, "{:.0f}", covered_m2));
-    row.number("covered_percent_of_flat", "of the flat cloth (%)",
-               text_in(percent, "{:.1f}", of_flat));
+    row.number("covered_area_mm2", "covered (mm²)",
+               cell(mm * mm, "{:.0f}", &Drapemeter::covered_area_m2));
+    row.number(
+        "covered_percent_of_flat", "of the flat cloth (%)",
+        value ? text_in(percent, "{:.1f}", value->covered_area_m2 / value->flat_area_m2) : "");
     row.number("drape_coefficient_percent", "drape coefficient (%)",
-               text_in(percent, "{:.1f}", coefficient));
-    row.number("folds", "folds", text_in(1, "{:.0f}", folds));
-    row.number("fold_depth_mm", "fold depth (mm)", text_in(mm, "{:.1f}", depth_m));
-    row.word("remark", "",
-             !result.value ? result.reason
-             : coefficient ? ""
-                           : "no coefficient: the object has no flat top");
+               cell(percent, "{:.1f}", &Drapemeter::drape_coefficient));
+    row.number("folds", "folds", cell(1, "{:.0f}", &Drapemeter::folds));
+    row.number("fold_depth_mm", "fold depth (mm)", cell(mm, "{:.1f}", &Drapemeter::fold_depth_m));
+    row.word("remark", "remark",
+             !value                     ? result.reason
+             : value->drape_coefficient ? ""
+                                        : "no coefficient: the object has no flat top");
   });
   return table;
 }
@@ -304,13 +289,13 @@ Table direction_table(const DrapeInput& input, const Report& report) {
               {1, 2, 3, 4, 5, 6});
   table.title = "Where the real marks lie, seen from the virtual sheet";
   for (const RealVirtual& row : report.real_virtual) {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero(), squares = Eigen::Vector3d::Zero();
-    for (const MarkError& mark : row.marks.marks) {
-      mean += mark.warp_weft_normal_m;
-      squares += mark.warp_weft_normal_m.cwiseAbs2();
-    }
-    const auto n = static_cast<double>(row.marks.marks.size());
-    const Eigen::Vector3d average = mean / n / mm, rms = (squares / n).cwiseSqrt() / mm;
+    const std::vector<MarkError>& marks = row.marks.marks;
+    Eigen::Matrix3Xd errors(3, marks.size());
+    for (std::size_t i = 0; i < marks.size(); ++i)
+      errors.col(static_cast<Eigen::Index>(i)) = marks[i].warp_weft_normal_m / mm;
+    const Eigen::Vector3d average = errors.rowwise().mean(),
+                          rms = errors.rowwise().norm() /
+                                std::sqrt(static_cast<double>(marks.size()));
     std::vector<std::string> cells = {input.simulations[row.simulation].label()};
     // Adding zero turns a rounded -0.00 into +0.00.
     for (int k = 0; k < 3; ++k)
@@ -333,8 +318,8 @@ Table certificate_table(const DrapeInput& input, const Report& report) {
     for (auto& cells : table.rows) cells.emplace_back();
     for (const auto& [name, value] : simulation.certificate->entries) {
       if (name.starts_with("options.") || name.starts_with("curves.")) continue;
-      auto cells = std::find_if(table.rows.begin(), table.rows.end(),
-                                [&](const auto& one) { return one.front() == name; });
+      auto cells =
+          std::ranges::find_if(table.rows, [&](const auto& one) { return one.front() == name; });
       if (cells == table.rows.end()) {
         table.add(std::vector<std::string>(table.names.size()));
         cells = table.rows.end() - 1;
@@ -413,8 +398,7 @@ std::string from_text(const VariantEffect& variant) {
 }
 
 bool holds(const HashedFiles& inputs, const std::string& sha256) {
-  return std::any_of(inputs.begin(), inputs.end(),
-                     [&](const auto& input) { return input.second == sha256; });
+  return std::ranges::any_of(inputs, [&](const auto& input) { return input.second == sha256; });
 }
 
 /// True if the inputs contain the fabric: sheets hash its files jointly, records singly.
@@ -456,11 +440,10 @@ Json json_of(const Table& table) {
 Table real_virtual_table(const DrapeInput& input, const Report& report) {
   Table table = titled(fmt::format("Real vs virtual, experiment {}", report.name));
   const bool models = several_models(input);
-  const std::vector<std::string> keys = apart_keys(input);
+  const std::set<std::string> keys = apart_keys(input);
   for (const RealVirtual& compared : report.real_virtual) {
     const Simulation& one = input.simulations[compared.simulation];
     const DistanceStatistics& s = compared.statistics;
-    const auto& move = compared.aligned;
     const Eigen::Vector2d part = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
     Row row(table);
     row.word(
@@ -469,10 +452,9 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
     row.number("segments", "segments", one.segments_text());
     row.number("mean_dist_mm", "mean dist (mm)", mm_text(s.mean_m));
     row.number("sigma_mean_mm", "noise of the marks in it (mm)", mm_text(s.sigma_mean_m));
-    row.number("shape_mm", "shape: after a rigid move (mm)",
-               move ? mm_text(move->after.mean_m) : "");
-    row.number("place_mm", "place: the move (mm)", move ? mm_text(move->centroid_shift_m) : "");
-    row.number("place_deg", "and turn (°)", move ? text_in(deg, "{:.2f}", move->turn_rad) : "");
+    row.number("shape_mm", "shape: after a rigid move (mm)", mm_text(s.shape_m));
+    row.number("place_mm", "place: the move (mm)", mm_text(s.place_m));
+    row.number("place_deg", "and turn (°)", text_in(deg, "{:.2f}", s.turn_rad));
     row.number("median_mm", "median (mm)", mm_text(s.median_m));
     row.number("rms_mm", "RMS (mm)", mm_text(s.rms_m));
     row.number("p95_mm", "p95 (mm)", mm_text(s.p95_m));
@@ -518,13 +500,11 @@ Table mark_table(const DrapeInput& input, const Report& report) {
     number("x_mm", mm_text(mark.point_in_world.x()));
     number("y_mm", mm_text(mark.point_in_world.y()));
     number("z_mm", mm_text(mark.point_in_world.z()));
-    number("sigma_mm", mark.covariance_m2 ? fine_mm(worst_sigma_m(*mark.covariance_m2)) : "");
+    number("sigma_mm", fine_mm(worst_sigma_m(mark)));
     number("views", mark.views ? std::to_string(*mark.views) : "");
     for (std::size_t k = 0; k < names.size(); ++k) {
       const auto& marks = report.real_virtual[k].marks.marks;
-      const auto found =
-          std::lower_bound(marks.begin(), marks.end(), mark.mark,
-                           [](const MarkError& error, MarkId id) { return error.mark < id; });
+      const auto found = std::ranges::lower_bound(marks, mark.mark, {}, &MarkError::mark);
       const bool known = found != marks.end() && found->mark == mark.mark;
       number(names[k], known ? mm_text(found->distance_m) : "");
     }
@@ -549,8 +529,7 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
     row.number("hem_nodes", "folds of the hem", std::to_string(branch.hem_nodes));
     row.word("stable", "stable", branch.stable ? "yes" : "no, a saddle");
     row.number("mean_dist_mm", "mean dist (mm)", mm_text(compared.statistics.mean_m));
-    row.number("shape_mm", "shape (mm)",
-               compared.aligned ? mm_text(compared.aligned->after.mean_m) : "");
+    row.number("shape_mm", "shape (mm)", mm_text(compared.statistics.shape_m));
     row.number("max_mm", "max (mm)", mm_text(compared.statistics.max_m));
     if (set.branches.front().turned) {
       row.number("turned_mean_mm", "mean after best turn (mm)", mm_text(one.turned->mean_m));
@@ -559,7 +538,7 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
     }
     std::string role = branch.number == 1 ? "least energy" : "";
     if (&one == &set.branches[set.nearest]) role += role.empty() ? "nearest" : ", nearest";
-    row.word("role", "", role);
+    row.word("role", "role", role);
   }
   table.marked_row = set.nearest;
   return table;
@@ -623,9 +602,8 @@ std::optional<std::string> other_base(const SensitivityFile& split, const DrapeI
 Table value_effect_table(const SensitivityFile& split) {
   Table table = titled("One per cent more of a fabric value, to first order");
   std::vector<ValueEffect> values = split.values;
-  std::stable_sort(values.begin(), values.end(), [](const ValueEffect& a, const ValueEffect& b) {
-    return std::abs(a.change_m) > std::abs(b.change_m);
-  });
+  std::ranges::stable_sort(values, std::greater(),
+                           [](const ValueEffect& one) { return std::abs(one.change_m); });
   for (const ValueEffect& one : values) {
     Row row(table);
     row.word("value", "fabric value", in_words(one.value));

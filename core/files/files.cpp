@@ -411,7 +411,7 @@ std::string csv_cell(const std::string& text) {
     double number = 0;
     if (std::from_chars(begin, end, number).ptr != end) cell.insert(cell.begin(), '\'');
   }
-  if (cell.find_first_of(",\"\n\r") == std::string::npos) return cell;
+  if (cell.find_first_of(",\"\n\r#") == std::string::npos) return cell;
   std::string quoted = "\"";
   for (const char c : cell) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
   return quoted + '"';

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
+#include <vector>
 
 #include "core/scene.hpp"
 
@@ -22,5 +24,18 @@ namespace drape {
 /// Signed distance from one of a scene's objects; nullopt for a mesh, whose file is not read here.
 [[nodiscard]] std::optional<double> distance_to(const Obstacle& object,
                                                 const Eigen::Vector3d& point);
+
+/// A point of a body's surface with its unit normal, which points out of the body.
+struct SurfaceCorner {
+  Eigen::Vector3d point, normal;
+};
+/// Four corners, counter-clockwise seen from outside.
+using SurfaceQuad = std::array<SurfaceCorner, 4>;
+
+/// Surface of a body with sharp edges: `around` quads around a sphere or cylinder, proportionally
+/// many along the other directions. A plane is a square of side `plane_m` around its point; a mesh
+/// has none, since its file is not read here.
+[[nodiscard]] std::vector<SurfaceQuad> surface_of(const Obstacle& object, int around,
+                                                  double plane_m);
 
 }  // namespace drape

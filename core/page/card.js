@@ -2,7 +2,7 @@
 // Summary card of a drape: picture, match, distance with U, shape and position, reason, next action.
 
 import {roundStep} from './colour.js';
-import {h} from './dom.js';
+import {h, withCode} from './dom.js';
 import {figuresOf} from './figure.js';
 import {photograph} from './pictures.js';
 
@@ -39,6 +39,6 @@ export function card(drape, source, link) {
       shown.mean ? h('p', {class: 'number'}, `${shown.mean} mm`, h('small', {}, 'from the cloth', shown.expanded ? `, U ${shown.expanded.replace('at least', '≥')} mm` : '')) : null,
       shown.shape ? h('p', {class: 'parts'}, [`shape ${shown.shape} mm`, `place ${shown.place} mm, ${shown.turn}°`, shown.limit && `limit ${shown.limit} mm`].filter(Boolean).join(' · ')) : null,
       drape.distance ? bar(drape, shown) : null,
-      h('p', {class: 'why'}, drape.why), h('p', {class: 'next'}, h('b', {}, 'Next: '), drape.next || 'nothing to do.'),
+      h('p', {class: 'why'}, withCode(drape.why)), h('p', {class: 'next'}, h('b', {}, 'Next: '), withCode(drape.next || 'nothing to do.')),
       link ? h('p', {class: 'more'}, h('a', {href: link}, `All of ${drape.label}`)) : null));
 }

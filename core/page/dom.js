@@ -16,12 +16,15 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
+/// Parts of a text in backticks as code.
+export const withCode = text => text.split('`').map((part, i) => (i % 2 ? h('code', {}, part) : part));
+
 /// Creates a table of report.json; tables wider than the page scroll separately.
 export function tableOf(table) {
   const numbers = new Set(table.numbers);
   const cell = (tag, text, i) => h(tag, {class: numbers.has(i) ? 'n' : null, scope: tag === 'th' ? 'col' : null}, text);
   const headings = table.headings.length ? table.headings : table.columns;
-  return h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': table.title || table.name},
+  return h('div', {class: 'scroll', tabindex: 0, role: 'group', 'aria-label': table.title || table.name},
     h('table', {}, table.title ? h('caption', {}, table.title) : null,
       h('thead', {}, h('tr', {}, headings.map((text, i) => cell('th', text, i)))),
       h('tbody', {}, table.rows.map((row, at) => h('tr', {class: at === table.marked_row ? 'best' : null},

@@ -3,7 +3,7 @@
 // certificate, and all details of each drape.
 
 import {bestView, card, matchWord} from './card.js';
-import {h, tableOf} from './dom.js';
+import {h, tableOf, withCode} from './dom.js';
 import {figure, figuresOf} from './figure.js';
 import {hemChart, histogram, legend, markMap, photograph} from './pictures.js';
 import {spaceView} from './space.js';
@@ -84,7 +84,7 @@ function details(drape, source) {
   }
   const section = h('section', {id: `drape-${drape.name}`, class: 'drape'}, h('h2', {}, `Drape ${drape.label}`),
     h('p', {class: 'soft'}, `Set ${drape.set} of rig ${drape.rig}${drape.simulation ? `; pictures and marks belong to the simulation ${drape.simulation}` : ''}.`),
-    shown.mean ? h('p', {}, h('b', {}, `${matchWord(drape)}: ${shown.mean} mm apart${shown.expanded ? `, U ${shown.expanded} mm` : ''}. `), drape.why, drape.next ? ` Next: ${drape.next}` : '') : null, drape.match.reason ? h('p', {}, `${drape.match.reason}.`) : null,
+    shown.mean ? h('p', {}, h('b', {}, `${matchWord(drape)}: ${shown.mean} mm apart${shown.expanded ? `, U ${shown.expanded} mm` : ''}. `), withCode(drape.why), withCode(drape.next ? ` Next: ${drape.next}` : '')) : null,
     spaceView(drape));
   if (drape.views.length)
     section.append(h('h3', {}, 'Photographs'), h('p', {class: 'soft'}, 'Dots: measured marks in the colour of their distance; hollow ones were seen here but not measured in space. Pink: the virtual cloth, faint where its back is seen; a line leads from each mark to its virtual place.'),
@@ -92,7 +92,7 @@ function details(drape, source) {
   if (drape.distance)
     section.append(h('h3', {}, 'Distances'), h('div', {class: 'columns'}, h('figure', {}, markMap(drape), h('figcaption', {}, 'The patch laid flat, printed side up: distance of each mark in mm; dashed: a gap.')),
       h('figure', {}, histogram(drape), hemChart(drape))), tables(drape, ['real-vs-virtual', 'branches']).flat(2).filter(Boolean).reduce((all, one) => (all.append(one), all), h('div')));
-  for (const one of [h('h3', {}, 'Behind the numbers'), h('ul', {}, drape.facts.map(fact => h('li', {}, fact))),
+  for (const one of [h('h3', {}, 'Behind the numbers'), h('ul', {}, drape.facts.map(fact => h('li', {}, withCode(fact)))),
     kinds.size ? h('p', {}, `${plural(gaps.length, 'mark')} without a distance: ${[...kinds].map(([kind, count]) => `${count} ${kind}`).join(', ')}.`) : null,
     foldedTables(drape, 'Uncertainty, line by line', ['budget', 'judged-by', 'repeats', 'trust', 'direction']),
     foldedTables(drape, 'Where the millimetres come from', ['fabric-values', 'model-changes']),

@@ -6,12 +6,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstddef>
 #include <numbers>
 #include <numeric>
 #include <utility>
 
+#include "core/geometry/outline.hpp"
 #include "core/parallel.hpp"
 #include "core/statistics/sample.hpp"
 #include "simulate/checker/certify.hpp"
@@ -77,26 +77,6 @@ std::vector<int> border_nodes(const MaterialMesh& mesh) {
                     static_cast<int>(side - mesh.edges.begin()));
   }
   return nodes;
-}
-
-/// Number of maxima with a prominence of at least kFold on both sides.
-int count_folds(const std::vector<double>& radius) {
-  const auto n = static_cast<int>(radius.size());
-  const auto value = [&](int i) { return radius[((i % n) + n) % n]; };
-  int folds = 0;
-  for (int i = 0; i < n; ++i) {
-    if (value(i) <= value(i - 1) || value(i) < value(i + 1)) continue;
-    double drop[2] = {0, 0};
-    for (int side = 0; side < 2; ++side) {
-      for (int k = 1; k < n; ++k) {
-        const double other = value(side == 0 ? i - k : i + k);
-        if (other > value(i)) break;
-        drop[side] = std::max(drop[side], value(i) - other);
-      }
-    }
-    folds += std::min(drop[0], drop[1]) > kFold;
-  }
-  return folds;
 }
 
 constexpr double kSameAxis = 1e-6;  // m; largest offset of coaxial objects
@@ -324,14 +304,9 @@ HemLabel label_hem(const DrapeLevel& level, const ClothMoment& moment) {
         (1 - part) * places[nodes[next - 1]].head<2>() + part * places[nodes[next]].head<2>();
     radius[k] = (place - middle).norm();
   }
-  for (std::size_t m = 0; m < label.amplitude_m.size(); ++m) {
-    std::complex<double> sum = 0;
-    for (int k = 0; k < kHemSamples; ++k)
-      sum +=
-          std::polar(radius[k], -2 * std::numbers::pi * static_cast<double>(m) * k / kHemSamples);
-    label.amplitude_m[m] = (m == 0 ? 1.0 : 2.0) * std::abs(sum) / kHemSamples;
-  }
-  label.nodes = count_folds(radius);
+  const auto spectrum = spectrum_of(radius, static_cast<int>(label.amplitude_m.size()) - 1);
+  for (std::size_t m = 0; m < spectrum.size(); ++m) label.amplitude_m[m] = std::abs(spectrum[m]);
+  label.nodes = static_cast<int>(extremes_of(radius, kFold).crests.size());
   return label;
 }
 
