@@ -142,6 +142,16 @@ void check_imported(const Camera& camera, const std::filesystem::path& file) {
     throw refuse("the focal length is not positive", "focal length");
   if (camera.model.width_px < 1 || camera.model.height_px < 1)
     throw refuse("the image has no size", "image size");
+  // Wider than any lens and sensor: half the pixels of an anamorphic lens, a cut-out off the axis.
+  if (lens.fx_px > 4 * lens.fy_px || lens.fy_px > 4 * lens.fx_px)
+    throw refuse(fmt::format("fx is {:g} px and fy {:g} px", lens.fx_px, lens.fy_px),
+                 "focal length");
+  if (std::abs(2 * lens.cx_px / camera.model.width_px - 1) > 3 ||
+      std::abs(2 * lens.cy_px / camera.model.height_px - 1) > 3)
+    throw refuse(
+        fmt::format("the image centre ({:g}, {:g}) lies far outside the image of {} x {} px",
+                    lens.cx_px, lens.cy_px, camera.model.width_px, camera.model.height_px),
+        "image centre");
 }
 
 /// Fills a pattern with a camera's values: `n` its number, `k` the lens, `r` rows of the rotation,

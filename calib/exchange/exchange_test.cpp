@@ -354,6 +354,11 @@ TEST(Exchange, FilesOfOpenCVAndRosAreReadOrRefusedByName) {
   EXPECT_THAT(read(lens, "camera_model: omni\n" + lens), HasSubstr("omni"));
   EXPECT_THAT(read(lens, "lens_type: sphere\n" + lens), HasSubstr("unknown key `lens_type`"));
   EXPECT_THAT(read(lens, "binning_x: 2\n" + lens), HasSubstr("binned"));
+  EXPECT_THAT(read(lens, "image_width: 320\n" + lens), HasSubstr("`image_width` is given twice"));
+  EXPECT_THAT(read("640", "4294967936"), HasSubstr("image_width"));  // 2^32 + 640
+  EXPECT_EQ(read(lens, "calibration_time: \"20231122101112\"\n" + lens), "");
+  EXPECT_THAT(read("901.", "0.9"), HasSubstr("fx is 900 px and fy 0.9 px"));
+  EXPECT_THAT(read("320.", "3200."), HasSubstr("image centre (3200, 240) lies far outside"));
   EXPECT_THAT(read(lens, "roi:\n  x_offset: 8\n" + lens), HasSubstr("cut out"));
   EXPECT_THAT(read("0., 0., 0. ]\nrvec", "0., 0., 0., 0.01, 0., 0. ]\nrvec"),
               HasSubstr("rows times columns"));
@@ -406,6 +411,8 @@ TEST(Exchange, ChainsOfKalibrAreReadOrRefusedByName) {
   EXPECT_THAT(read("rostopic", "shutter: rolling\n  rostopic"), HasSubstr("unknown key"));
   EXPECT_THAT(read("461, 460", "461"), HasSubstr("fx, fy, cx, cy"));
   EXPECT_THAT(read("-0.2, ", ""), HasSubstr("k1, k2, p1, p2"));
+  EXPECT_THAT(read("distortion_coeffs: []", "distortion_coeffs: [0.1, 0, 0, 0]"),
+              HasSubstr("coefficients of no distortion model"));
 }
 
 /// DICe's own calibration of its simulated plates (sim_dot_cal_gold.xml).

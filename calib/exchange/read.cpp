@@ -80,18 +80,24 @@ constexpr int kDeepestLiteral = 50;
   throw bad_input(what, {.file = file.string(), .line = line}, remedy);
 }
 
-Value value_of_node(const cv::FileNode& node) {
+Value value_of_node(const cv::FileNode& node, const fs::path& file) {
   if (node.isInt()) return static_cast<int>(node);
   if (node.isReal()) return static_cast<double>(node);
   if (node.isString()) return static_cast<std::string>(node);
   if (node.isSeq()) {
     Value::List list;
-    for (const cv::FileNode& item : node) list.push_back(value_of_node(item));
+    for (const cv::FileNode& item : node) list.push_back(value_of_node(item, file));
     return list;
   }
   Value::Table table;
-  if (node.isMap())
-    for (const std::string& key : node.keys()) table.emplace_back(key, value_of_node(node[key]));
+  if (!node.isMap()) return table;
+  // cv::FileStorage gives the first value for each key that stands twice.
+  std::set<std::string> seen;
+  for (const std::string& key : node.keys()) {
+    if (!seen.insert(key).second)
+      refuse_file(file, "`" + key + "` is given twice", "keep the right one");
+    table.emplace_back(key, value_of_node(node[key], file));
+  }
   return table;
 }
 
@@ -381,13 +387,16 @@ class MatlabReader {
 
 /// Reads YAML, XML or JSON of cv::FileStorage, and YAML of ROS and Kalibr without its first line.
 Value storage_value(const fs::path& file) {
-  std::string text = read_text(file);
+  // cv::FileStorage cuts whole numbers to 32 bits, but not others.
+  static const std::regex kLarge(
+      "(^|[^\\w.+-])([+-]?(?:[3-9][0-9]{9}|[0-9]{11,30}))(?=[\\s,<}]|\\]|$)");
+  std::string text = std::regex_replace(read_text(file), kLarge, "$1$2.0");
   if (const fs::path ending = file.extension(); ending == ".yaml" || ending == ".yml")
     text = for_storage(std::move(text));
   cv::FileStorage storage;
   try {
     storage.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-    if (storage.isOpened()) return value_of_node(storage.root());
+    if (storage.isOpened()) return value_of_node(storage.root(), file);
   } catch (const cv::Exception&) {
     // A parse error of OpenCV counts as a file that it cannot open.
   }
@@ -649,6 +658,10 @@ void fields(Fields& f, KalibrEntry& entry) {
   f.rule(entry.intrinsics.size() == 4, "intrinsics", "not four numbers", "give fx, fy, cx, cy");
   f.rule(entry.lens == KalibrLens::none || entry.distortion.size() == 4, "distortion_coeffs",
          "not four numbers", "give k1, k2, p1, p2");
+  f.rule(entry.lens != KalibrLens::none ||
+             std::ranges::all_of(entry.distortion, [](double term) { return term == 0; }),
+         "distortion_coeffs", "coefficients of no distortion model",
+         "give the distortion_model to which they belong");
 }
 
 std::vector<Camera> cameras_of_kalibr(const fs::path& file, double unit_m) {

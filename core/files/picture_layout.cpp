@@ -107,8 +107,25 @@ std::string set_named(const std::string& name) {
   return is_number(name) ? "view_" + name : name;
 }
 
+/// Makes equal numbers equal texts, sorted like the numbers.
+void pad_views(std::vector<PictureName>& names) {
+  std::size_t widest = 0, narrowest = 0;
+  for (const PictureName& name : names) {
+    if (!is_number(name.view)) continue;
+    widest = std::max(widest, digits_of(name.view).size());
+    narrowest = narrowest == 0 ? name.view.size() : std::min(narrowest, name.view.size());
+  }
+  const std::size_t width = std::max(widest, narrowest);
+  for (PictureName& name : names) {
+    if (!is_number(name.view)) continue;
+    const std::string digits = digits_of(name.view);
+    name.view = std::string(width - digits.size(), '0') + digits;
+  }
+}
+
 std::vector<PlacedPicture> by_folder(const fs::path& folder) {
-  std::vector<PlacedPicture> views, sets;
+  std::vector<PlacedPicture> sets;
+  std::vector<PictureName> views;
   bool one_series = true;  // in each folder
   for (const fs::path& camera : folders_in(folder)) {
     const std::vector<fs::path> pictures = pictures_in(camera);
@@ -116,11 +133,13 @@ std::vector<PlacedPicture> by_folder(const fs::path& folder) {
     const std::vector<PictureName> names = read_picture_names(stems);
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       one_series = one_series && names[i].camera == names[0].camera;
-      views.push_back({"view_" + names[i].view, camera.filename(), pictures[i]});
+      views.push_back(names[i]);
       sets.push_back({set_named(stems[i]), camera.filename(), pictures[i]});
     }
   }
-  return one_series ? views : sets;
+  pad_views(views);  // other cameras may count with other widths
+  for (std::size_t i = 0; one_series && i < sets.size(); ++i) sets[i].set = "view_" + views[i].view;
+  return sets;
 }
 
 /// Number of cameras that each have every set; nullopt if one lacks a set or has it twice.
@@ -201,19 +220,7 @@ std::vector<PictureName> read_picture_names(const std::vector<std::string>& give
       result.push_back(split_at(all[i], view > 0 ? view : last - 1));
     }
   }
-  // Equal numbers become equal texts, sorted like the numbers.
-  std::size_t widest = 0, narrowest = 0;
-  for (const PictureName& name : result) {
-    if (!is_number(name.view)) continue;
-    widest = std::max(widest, digits_of(name.view).size());
-    narrowest = narrowest == 0 ? name.view.size() : std::min(narrowest, name.view.size());
-  }
-  const std::size_t width = std::max(widest, narrowest);
-  for (PictureName& name : result) {
-    if (!is_number(name.view)) continue;
-    const std::string digits = digits_of(name.view);
-    name.view = std::string(width - digits.size(), '0') + digits;
-  }
+  pad_views(result);
   return result;
 }
 

@@ -3,6 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
+#include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
+
 namespace drape {
 namespace {
 
@@ -48,6 +53,19 @@ TEST(PictureNames, ATimeIsOneNumberAndAViewWhereNothingElseIs) {
 TEST(PictureNames, NamesOfSeveralFormsEndWithTheirView) {
   EXPECT_THAT(read({"cam1-3", "side-4"}), ElementsAre("cam1|3", "side|4"));
   EXPECT_THAT(read({"first", "side-4"}), ElementsAre("|first", "side|4"));
+}
+
+TEST(PictureLayout, FoldersOfCamerasMayCountWithOtherWidths) {
+  const test::TemporaryFolder folder;
+  for (const char* file :
+       {"cam0/frame1.png", "cam0/frame2.png", "cam1/frame00001.png", "cam1/frame00002.png"}) {
+    std::filesystem::create_directories((folder.path() / file).parent_path());
+    write_durable(folder.path() / file, "");
+  }
+  std::vector<std::string> sets;
+  for (const PlacedPicture& one : placed_pictures(folder.path(), PictureLayout::cameras))
+    sets.push_back(one.camera + "|" + one.set);
+  EXPECT_THAT(sets, ElementsAre("cam0|view_1", "cam0|view_2", "cam1|view_1", "cam1|view_2"));
 }
 
 }  // namespace
