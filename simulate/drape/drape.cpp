@@ -620,7 +620,7 @@ namespace {
 
 // See mesh_error_m().
 constexpr double kSafety = 1.25, kSafetyUnseen = 3, kOrder = 2, kOrderSpread = 0.2;
-constexpr double kLeastShrunk = 2, kMostShrunk = 4, kMostShrunkHeld = 3;
+constexpr double kLeastShrunk = 2, kMostShrunk = 4;
 constexpr double kCoarseResidual = 1e-2;  // in mean weights of a point
 
 /// Builds up a drape level by level.
@@ -810,7 +810,7 @@ Eigen::VectorXd mesh_error_m(const DrapeCase& drape, const std::vector<LevelRepo
   if (levels.size() > 2 && last > 0) {
     const LevelReport* const three = &*(levels.end() - 3);
     const double seen = three[1].moved_m.value_or(0) / last;
-    shrunk = std::clamp(seen, kLeastShrunk, pinned ? kMostShrunkHeld : kMostShrunk);
+    if (!pinned) shrunk = std::clamp(seen, kLeastShrunk, kMostShrunk);
     if (!held && seen >= ratio_of_moves(three, kOrder - kOrderSpread) &&
         seen <= ratio_of_moves(three, kOrder + kOrderSpread))
       safety = kSafety;

@@ -179,11 +179,11 @@ struct Drape {
 /// more: F d / (r - 1) (grid convergence index: Roache 1994). d is the move of the mark between the
 /// last two levels, at least half of its mean over the marks, since a mark may cross its limit. r
 /// is the ratio by which the mean of d decreased from the level before, limited to 2 .. 4. With
-/// pins its upper limit is 3, because the stretch near a pin grows with the logarithm of the
-/// spacing, masked at first by other errors. Two levels show no r: it is 4, or 2 with pins. The
-/// safety factor F is 3, or 1.25 (Oberkampf and Roy 2010, section 8.6.4) if neither pins nor clamps
-/// hold the cloth and the order of convergence seen on three levels is within 0.2 of 2, that of
-/// contact and bending. `marks_of_level` has a row per mark.
+/// pins it is 2 whatever was seen: the stretch near a pin grows with the logarithm of the spacing,
+/// by the same length per level, masked at first by other errors. Two levels show no r: it is 4.
+/// The safety factor F is 3, or 1.25 (Oberkampf and Roy 2010, section 8.6.4) if neither pins nor
+/// clamps hold the cloth and the order of convergence seen on three levels is within 0.2 of 2, that
+/// of contact and bending. `marks_of_level` has a row per mark.
 [[nodiscard]] Eigen::VectorXd mesh_error_m(const DrapeCase& drape,
                                            const std::vector<LevelReport>& levels,
                                            const std::vector<Eigen::MatrixX3d>& marks_of_level);

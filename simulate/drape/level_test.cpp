@@ -286,7 +286,7 @@ TEST(MeshError, HasASmallSafetyFactorOnlyWhereTheOrderIsSeenToBeTheMethods) {
   const double moved = 3 * h * h;
   EXPECT_NEAR(StatedError({}, halves, 2).stated_m, 1.25 * moved / 3, 1e-12);
   EXPECT_NEAR(StatedError(clamped, halves, 2).stated_m, 3 * moved / 3, 1e-12);
-  EXPECT_NEAR(StatedError(pinned, halves, 2).stated_m, 3 * moved / 2, 1e-12);
+  EXPECT_NEAR(StatedError(pinned, halves, 2).stated_m, 3 * moved, 1e-12);
   for (const double order : {1.75, 2.25}) {
     const StatedError other({}, halves, order);
     EXPECT_GE(other.stated_m, 2.4 * other.true_m) << order;
