@@ -274,8 +274,7 @@ void judge_measurement(const Options& options, Report& report) {
   }
   if (!report.measurement.sigma_median_m) {
     report.no_go.emplace_back(
-        "the measured marks carry no covariance, so their uncertainty is "
-        "unknown");
+        "the measured marks carry no covariance, so their uncertainty is unknown");
     return;
   }
   if (!report.headline) return;

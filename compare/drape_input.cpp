@@ -116,21 +116,16 @@ void add_grid(const DrapeMesh& drape, Sheet& sheet) {
   const bool inner_is_warp = drape.grid->inner == ClothDirection::warp;
   sheet.rows = inner_is_warp ? inner : drape.outer_count();
   sheet.cols = inner_is_warp ? drape.outer_count() : inner;
-  const bool turn_rows = range.from_m.x() > range.to_m.x();
-  const bool turn_cols = range.from_m.y() > range.to_m.y();
-  for (int row = 0; row < sheet.rows; ++row) {
-    for (int col = 0; col < sheet.cols; ++col) {
-      const int a = turn_rows ? sheet.rows - 1 - row : row;
-      const int b = turn_cols ? sheet.cols - 1 - col : col;
-      const int step = inner_is_warp ? a : b, outer = inner_is_warp ? b : a;
-      sheet.marks.push_back({{row, col},
-                             drape.material_m(step, outer),
-                             drape.points_in_world[static_cast<std::size_t>(outer * inner + step)],
-                             {},
-                             {},
-                             {}});
+  for (int outer = 0; outer < drape.outer_count(); ++outer)
+    for (int step = 0; step < inner; ++step) {
+      MarkId mark = inner_is_warp ? MarkId{step, outer} : MarkId{outer, step};
+      if (range.from_m.x() > range.to_m.x()) mark.row = sheet.rows - 1 - mark.row;
+      if (range.from_m.y() > range.to_m.y()) mark.col = sheet.cols - 1 - mark.col;
+      const auto vertex = static_cast<std::size_t>(outer * inner + step);
+      sheet.marks.push_back(
+          {mark, drape.material_m(step, outer), drape.points_in_world[vertex], {}, {}, {}});
     }
-  }
+  std::ranges::sort(sheet.marks, {}, &SheetMark::mark);
 }
 
 /// 0, the side length, the marks' own lines, and lines between them at most a step apart.
@@ -331,8 +326,7 @@ std::string ensemble_sentence(const BranchList& list) {
         median(radii) / mm, *std::ranges::max_element(radii) / mm);
   if (list.unseen)
     text += fmt::format(
-        "; {:.0f} % of starts may end on branches that none showed, at most {:.0f} "
-        "% (95 %)",
+        "; {:.0f} % of starts may end on branches that none showed, at most {:.0f} % (95 %)",
         100 * list.unseen->fraction, 100 * list.unseen->upper95);
   if (!list.measured) return text;
   const PlacedDrape& real = *list.measured;
@@ -364,8 +358,7 @@ std::string friction_sentence(const FrictionBand& band) {
   if (band.pushes.empty()) return "without friction the drape of the scene's start has one place";
   std::string text = fmt::format(
       "friction {:g} holds the drape of the scene's start anywhere in an interval: pushed by "
-      "{:.2f} "
-      "of its weight from {} sides and let go",
+      "{:.2f} of its weight from {} sides and let go",
       band.friction, band.pushes.front().push_per_weight->norm(), band.pushes.size());
   const std::vector<double> reach = band.reach_m();
   if (band.counted() > 0 && !reach.empty())
@@ -374,10 +367,9 @@ std::string friction_sentence(const FrictionBand& band) {
         median(reach) / mm, *std::ranges::max_element(reach) / mm);
   const auto lost = band.pushes.size() - static_cast<std::size_t>(band.counted());
   if (lost > 0)
-    text += fmt::format(
-        "{} {} of these pushes end on another branch or nowhere, and count for "
-        "nothing",
-        band.counted() > 0 ? ";" : ",", lost);
+    text +=
+        fmt::format("{} {} of these pushes end on another branch or nowhere, and count for nothing",
+                    band.counted() > 0 ? ";" : ",", lost);
   return text;
 }
 
@@ -398,10 +390,8 @@ std::string memory_sentence(const MemoryBand& band) {
     text += fmt::format("; from its lowest to its highest end the drape lies at {:.0f} %",
                         100 * *band.place_of_rest);
   if (lost > 0)
-    text += fmt::format(
-        "; {} of {} ends lie on another branch or nowhere, and count for "
-        "nothing",
-        lost, band.ends.size());
+    text += fmt::format("; {} of {} ends lie on another branch or nowhere, and count for nothing",
+                        lost, band.ends.size());
   return text;
 }
 

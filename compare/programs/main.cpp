@@ -34,8 +34,9 @@ struct DrapemeterArguments {
   std::vector<std::filesystem::path> inputs, compared;
   std::optional<std::filesystem::path> out, disc_picture, calibration;
   StandardTest geometry = StandardTest::iso_300;
-  std::string names, camera;
-  std::optional<double> disc_m, specimen_m, m_per_px, scale_u;
+  std::string camera;
+  std::optional<double> disc_m, specimen_m, m_per_px;
+  HemReadOptions read;
   double plane_z_m = 0, significance = 0.05;
   bool disc_hole = false;
   std::optional<std::array<double, 5>> ruler;  ///< x y x y in px, length in mm
@@ -128,7 +129,7 @@ void fields(Fields& f, DrapemeterArguments& a) {
   f.otherwise({"names",
                "positions of fabric, sample, face and repeat in the files' paths, such as "
                "\"{fabric}/{sample}_{face}_{repeat}\"; * matches any text"},
-              a.names);
+              a.read.names);
   f({"mm_per_px", "scale of the pictures", mm, above_zero}, a.m_per_px);
   f({"ruler", "scale from a ruler: X1 Y1 X2 Y2 of two points in px, and their distance in mm"},
     a.ruler);
@@ -146,12 +147,12 @@ void fields(Fields& f, DrapemeterArguments& a) {
   f.otherwise({"plane_z_mm", "height of the hem in the world", mm}, a.plane_z_m);
   f({"scale_u_percent", "standard uncertainty of the scale, in addition to that of its source",
      units::percent, above_zero},
-    a.scale_u);
+    a.read.scale_u);
 }
 
 /// Checked options with the scale of pictures. Throws Error(usage).
 HemReadOptions read_options(const DrapemeterArguments& arguments, int threads) {
-  HemReadOptions options;
+  HemReadOptions options = arguments.read;
   options.geometry = geometry_of(arguments.geometry);
   if (arguments.disc_m || arguments.specimen_m)
     options.geometry = {"own", arguments.disc_m.value_or(options.geometry.disc_m),
@@ -160,8 +161,6 @@ HemReadOptions read_options(const DrapemeterArguments& arguments, int threads) {
   options.disc_stated = arguments.disc_m.has_value();
   options.specimen_stated = arguments.specimen_m.has_value();
   options.scale = scale_of(arguments, options.geometry.disc_m);
-  options.scale_u = arguments.scale_u;
-  options.names = arguments.names;
   options.threads = threads;
   return options;
 }
