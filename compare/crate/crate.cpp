@@ -6,16 +6,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
-#include <map>
-#include <set>
 
 #include "compare/drape_input.hpp"
 #include "compare/history/results.hpp"
 #include "compare/records/provenance.hpp"
 #include "compare/tables/tables.hpp"
-#include "core/fields/records.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/simulation_files.hpp"
@@ -29,18 +24,6 @@ const std::string kGone = "gone: ", kNotAsRecorded = "not what was recorded: ",
                   kNotTraced = "no record of how it was made: ";  ///< followed by a file's name
 
 using Stated = std::map<fs::path, std::set<std::string>>;
-
-/// Name stated in a scene file; empty if the file is not a scene.
-std::string scene_in(const fs::path& file) {
-  if (read_text(file).find("\"drapebench/scene/") == std::string::npos) return {};
-  try {
-    const Document scene = Document::read(file);
-    const auto* text = scene.root().find_as<std::string>("name");
-    return text == nullptr ? std::string() : *text;
-  } catch (const Error&) {
-    return {};  // nothing was simulated with it
-  }
-}
 
 /// Sheets and meshes of the run, or of the whole store.
 std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run) {
@@ -148,13 +131,13 @@ class CrateWriter {
   Crate write() {
     choose_files();
     for (const auto& [file, stated] : files_) copy(file, stated);
-    for (const auto& [file, stated] : files_)
-      if (file.string().ends_with(".run.json") && ids_.contains(file)) add_action(file);
+    for (const auto& [file, id] : ids_)
+      if (file.string().ends_with(".run.json")) add_run(file, id);
     add_tables();
-    add_root();
-    for (Json& entity : entities_) roots_.push_back(std::move(entity));
+    Json graph = roots();
+    for (Json& entity : entities_) graph.push_back(std::move(entity));
     write_json(out_ / "ro-crate-metadata.json",
-               {{"@context", "https://w3id.org/ro/crate/1.3/context"}, {"@graph", roots_}});
+               {{"@context", "https://w3id.org/ro/crate/1.3/context"}, {"@graph", graph}});
     return crate_;
   }
 
@@ -200,11 +183,10 @@ class CrateWriter {
       crate_.findings.push_back(kNotTraced + name.string());
     }
     if (files_.empty()) return;
+    // Paths are sorted, so what the first and the last have in common, all have.
     base_ = files_.begin()->first.parent_path();
-    for (const auto& [file, stated] : files_) {
-      while (file.lexically_relative(base_).generic_string().starts_with(".."))
-        base_ = base_.parent_path();
-    }
+    while (files_.rbegin()->first.lexically_relative(base_).generic_string().starts_with(".."))
+      base_ = base_.parent_path();
   }
 
   /// Adds the sensitivities beside the sheets, on which U is based too, with their stored
@@ -227,25 +209,15 @@ class CrateWriter {
   /// Expects the scenes as they were simulated: the current record of a measured sheet can name one
   /// that was edited after the simulation.
   void expect_scenes(const std::set<std::string>& sheets) {
-    std::map<std::string, std::set<std::string>> used;
+    std::set<std::string> known;
+    for (const auto& [file, stated] : files_)
+      if (const auto sha256 = book_.sha256(file)) known.insert(*sha256);
     for (const auto& [sheet, scene, sha256] : store_.rows<std::string, std::string, std::string>(
              "SELECT sheet_sha256, scene, scene_sha256 FROM simulation WHERE scene_sha256 IS NOT "
-             "NULL"))
-      if (sheets.contains(sheet)) used[scene].insert(sha256);
-    std::set<std::string> present;
-    for (auto& [file, stated] : files_) {
-      const auto sha256 = book_.sha256(file);
-      if (!sha256 || file.extension() != ".toml") continue;
-      present.insert(*sha256);
-      const auto known = used.find(scene_in(file));
-      if (known != used.end() && !known->second.contains(*sha256))
-        stated.insert(*known->second.begin());
-    }
-    for (const auto& [scene, hashes] : used)
-      for (const std::string& sha256 : hashes)
-        if (!present.contains(sha256))
-          crate_.findings.push_back(fmt::format("{}scene {} as it was simulated ({})", kGone, scene,
-                                                sha256.substr(0, 12)));
+             "NULL ORDER BY scene, scene_sha256"))
+      if (sheets.contains(sheet) && known.insert(sha256).second)
+        crate_.findings.push_back(
+            fmt::format("{}scene {} as it was simulated ({})", kGone, scene, sha256.substr(0, 12)));
   }
 
   void copy(const fs::path& file, const std::set<std::string>& stated) {
@@ -266,16 +238,22 @@ class CrateWriter {
     ids_[file] = uri_of(name);
   }
 
+  /// Adds an entity with these properties, if its id is new; returns the reference to it.
+  Json add_entity(const std::string& id, const char* type, const Json& properties) {
+    if (places_.try_emplace(id, entities_.size()).second) {
+      entities_.push_back({{"@id", id}, {"@type", type}});
+      entities_.back().update(properties);
+    }
+    return reference(id);
+  }
+
   void add_file(const fs::path& name, const std::string& sha256, const std::string& description) {
-    const std::string id = uri_of(name);
-    Json file = {{"@id", id}, {"@type", "File"}, {"name", name.filename().string()}};
+    Json file = {{"name", name.filename().string()}};
     if (!description.empty()) file["description"] = description;
     file["encodingFormat"] = media_type(name);
     file["contentSize"] = std::to_string(fs::file_size(out_ / name));
     file["sha256"] = sha256;
-    places_[id] = entities_.size();
-    entities_.push_back(std::move(file));
-    parts_.push_back(reference(id));
+    parts_.push_back(add_entity(uri_of(name), "File", file));
     ++crate_.files;
   }
 
@@ -288,19 +266,6 @@ class CrateWriter {
     }
   }
 
-  Json software(const std::string& program, const std::string& version, const std::string& sha256) {
-    // RFC 6920: a name made from the hash of the program's bytes, which needs no address.
-    std::string id = "nih:sha-256;" + sha256;
-    if (softwares_.insert(id).second)
-      entities_.push_back({{"@id", id},
-                           {"@type", "SoftwareApplication"},
-                           {"name", program},
-                           {"version", version},
-                           {"url", lab_.program_url.empty() ? id : lab_.program_url},
-                           {"identifier", "sha256:" + sha256}});
-    return reference(id);
-  }
-
   Json references(const fs::path& record, const std::vector<RecordedFile>& files) {
     Json list = Json::array();
     for (const RecordedFile& file : files) {
@@ -310,41 +275,46 @@ class CrateWriter {
     return list;
   }
 
-  void add_action(const fs::path& file) {
-    const RunFile record = read_run_file(file);
-    const std::string& program = record.program;
-    const Json object = references(file, record.inputs), result = references(file, record.outputs);
-    add_action({{"@id", "#" + ids_[file]},
-                {"@type", "CreateAction"},
-                {"name", "run of " + program},
-                {"description", fmt::format("{} {}", program, fmt::join(record.arguments, " "))},
-                {"startTime", with_offset(record.started_utc)},
-                {"endTime", with_offset(record.ended_utc)},
-                {"instrument", software(program, record.version, record.program_sha256)},
-                {"object", object},
-                {"result", result},
-                {"agent", agents()}});
-    describe(result, program, true);
-    describe(object, program, false);
-    describe(Json::array({reference(ids_[file])}), program + ", record of the run", true);
+  void add_run(const fs::path& file, const std::string& id) {
+    const RunFile run = read_run_file(file);
+    const Json object = references(file, run.inputs), result = references(file, run.outputs);
+    add_action(id, run,
+               {{"name", "run of " + run.program},
+                {"description", fmt::format("{} {}", run.program, fmt::join(run.arguments, " "))},
+                {"startTime", with_offset(run.started_utc)}},
+               object, result);
+    describe(result, run.program, true);
+    describe(object, run.program, false);
+    describe(Json::array({reference(id)}), run.program + ", record of the run", true);
   }
 
-  void add_action(Json action) {
-    mentions_.push_back(reference(action["@id"]));
-    entities_.push_back(std::move(action));
+  /// Adds what a program made of `object`, after the first properties of its action.
+  void add_action(const std::string& id, const RunFile& run, Json action, const Json& object,
+                  const Json& result) {
+    // RFC 6920: a name made from the hash of the program's bytes, which needs no address.
+    const std::string program = "nih:sha-256;" + run.program_sha256;
+    action["endTime"] = with_offset(run.ended_utc);
+    action["instrument"] =
+        add_entity(program, "SoftwareApplication",
+                   {{"name", run.program},
+                    {"version", run.version},
+                    {"url", lab_.program_url.empty() ? program : lab_.program_url},
+                    {"identifier", "sha256:" + run.program_sha256}});
+    action["object"] = object;
+    action["result"] = result;
+    action["agent"] = agents();
+    mentions_.push_back(add_entity("#" + id, "CreateAction", action));
     ++crate_.actions;
   }
 
   Json property(const std::string& id, const std::string& name, const std::string& description,
                 const std::string& unit, const std::string& value = {}) {
-    Json entity = {
-        {"@id", id}, {"@type", "PropertyValue"}, {"name", name}, {"description", description}};
+    Json entity = {{"name", name}, {"description", description}};
     if (!value.empty()) entity["value"] = value;
     // Codes of the Unified Code for Units of Measure.
     entity["unitCode"] = unit == "px" ? "{pixel}" : unit;
     entity["unitText"] = unit + " (UCUM)";
-    entities_.push_back(std::move(entity));
-    return reference(id);
+    return add_entity(id, "PropertyValue", entity);
   }
 
   /// Adds the numbers themselves, made from the sheets by this program: unrounded, in columns with
@@ -375,16 +345,15 @@ class CrateWriter {
     Json sheets = Json::array();
     for (const auto& [file, id] : ids_)
       if (file.filename() == "sheet.json") sheets.push_back(reference(id));
-    add_action(
-        {{"@id", "#export"},
-         {"@type", "CreateAction"},
-         {"name", "export of the results"},
-         {"description", "tables made from the sheets and their store"},
-         {"endTime", with_offset(published_)},
-         {"instrument", software("drape-results", version(), sha256_of_file("/proc/self/exe"))},
-         {"object", sheets},
-         {"result", results},
-         {"agent", agents()}});
+    RunFile own;
+    own.program = "drape-results";
+    own.version = version();
+    own.program_sha256 = sha256_of_file("/proc/self/exe");
+    own.ended_utc = published_;
+    add_action("export", own,
+               {{"name", "export of the results"},
+                {"description", "tables made from the sheets and their store"}},
+               sheets, results);
     std::vector<Metric> metrics = metric_dictionary(store_);
     metrics.emplace_back(
         "expanded_uncertainty_mm", "mm",
@@ -398,16 +367,19 @@ class CrateWriter {
   /// Adds the mean distance that represents each drape, with its uncertainty and verdicts.
   void add_headlines(Json& results) {
     using Text = std::string;
-    for (const auto& [date, scene, mean_mm, verdict, cause, match, reason, expanded_mm, is] :
-         store_.rows<Text, Text, Text, Text, Text, Text, Text, Text, Text>(
-             fmt::format("SELECT date, scene, mean_mm, measurement, cause, match, match_reason, "
-                         "expanded_uncertainty_mm, uncertainty_is FROM ({})",
-                         kCrateTables[0].query),
+    for (const auto& [date, scene, set, mean_mm, verdict, cause, match, reason, expanded_mm, is] :
+         store_.rows<Text, Text, Text, Text, Text, Text, Text, Text, Text, Text>(
+             fmt::format(
+                 "SELECT date, scene, set_name, mean_mm, measurement, cause, match, match_reason, "
+                 "expanded_uncertainty_mm, uncertainty_is FROM ({})",
+                 kCrateTables[0].query),
              {*run_})) {
       published_ = date;
       if (mean_mm.empty()) continue;
+      std::string id = "#mean-distance-" + uri_of(scene);
+      if (places_.contains(id)) id += "-" + uri_of(set);  // the scene was laid more than once
       results.push_back(
-          property("#mean-distance-" + uri_of(scene), "mean distance of drape " + scene,
+          property(id, "mean distance of drape " + scene,
                    fmt::format("measurement {}{}; expanded uncertainty (95 %) {}; match {}: {}",
                                verdict, cause.empty() ? "" : ", " + cause,
                                expanded_mm.empty()
@@ -428,41 +400,42 @@ class CrateWriter {
     return lab_.authors[i].orcid.empty() ? fmt::format("#author-{}", i + 1) : lab_.authors[i].orcid;
   }
 
-  void add_root() {
+  Json roots() const {
     const char* profile = "https://w3id.org/ro/wfrun/process/0.6";
-    roots_ = {{{"@id", "ro-crate-metadata.json"},
-               {"@type", "CreativeWork"},
-               {"about", reference("./")},
-               {"conformsTo", reference("https://w3id.org/ro/crate/1.3")}},
-              {{"@id", "./"},
-               {"@type", "Dataset"},
-               {"conformsTo", reference(profile)},
-               {"name", lab_.title},
-               {"description", lab_.description},
-               {"datePublished", published_},
-               {"license", reference(lab_.license)},
-               {"author", agents()},
-               {"variableMeasured", measured_},
-               {"hasPart", parts_},
-               {"mentions", mentions_}},
-              {{"@id", profile},
-               {"@type", {"CreativeWork", "Profile"}},
-               {"name", "Process Run Crate"},
-               {"version", "0.6"}},
-              {{"@id", lab_.license},
-               {"@type", "CreativeWork"},
-               {"name", lab_.license_name},
-               {"description", "licence of this data: " + lab_.license_name}}};
+    Json all = {{{"@id", "ro-crate-metadata.json"},
+                 {"@type", "CreativeWork"},
+                 {"about", reference("./")},
+                 {"conformsTo", reference("https://w3id.org/ro/crate/1.3")}},
+                {{"@id", "./"},
+                 {"@type", "Dataset"},
+                 {"conformsTo", reference(profile)},
+                 {"name", lab_.title},
+                 {"description", lab_.description},
+                 {"datePublished", published_},
+                 {"license", reference(lab_.license)},
+                 {"author", agents()},
+                 {"variableMeasured", measured_},
+                 {"hasPart", parts_},
+                 {"mentions", mentions_}},
+                {{"@id", profile},
+                 {"@type", {"CreativeWork", "Profile"}},
+                 {"name", "Process Run Crate"},
+                 {"version", "0.6"}},
+                {{"@id", lab_.license},
+                 {"@type", "CreativeWork"},
+                 {"name", lab_.license_name},
+                 {"description", "licence of this data: " + lab_.license_name}}};
     for (std::size_t i = 0; i < lab_.authors.size(); ++i) {
       const Lab::Author& author = lab_.authors[i];
       Json person = {{"@id", author_id(i)}, {"@type", "Person"}, {"name", author.name}};
       if (!author.affiliation.empty()) {
         const std::string id = fmt::format("#affiliation-{}", i + 1);
         person["affiliation"] = reference(id);
-        roots_.push_back({{"@id", id}, {"@type", "Organization"}, {"name", author.affiliation}});
+        all.push_back({{"@id", id}, {"@type", "Organization"}, {"name", author.affiliation}});
       }
-      roots_.push_back(person);
+      all.push_back(person);
     }
+    return all;
   }
 
   const StoreReader& store_;
@@ -470,13 +443,12 @@ class CrateWriter {
   const Lab& lab_;
   fs::path out_, base_;
   RecordBook book_;
-  Stated files_;                               ///< with the hashes stated for each
-  std::map<fs::path, std::string> ids_;        ///< ids of the copies
-  std::map<std::string, std::size_t> places_;  ///< index of each file in entities_
-  std::set<std::string> softwares_;
+  Stated files_;                         ///< with the hashes stated for each
+  std::map<fs::path, std::string> ids_;  ///< ids of the copies
+  std::vector<Json> entities_;
+  std::map<std::string, std::size_t> places_;  ///< index of each id in entities_
   std::string published_ = today();
-  Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),
-       mentions_ = Json::array(), measured_ = Json::array();
+  Json parts_ = Json::array(), mentions_ = Json::array(), measured_ = Json::array();
   Crate crate_;
 };
 

@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "compare/store/store.hpp"
-#include "core/fields/records.hpp"
 
 namespace drape::compare {
 

@@ -2,19 +2,12 @@
 #include "compare/history/results.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 
-#include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "compare/drape_input.hpp"
-#include "compare/records/provenance.hpp"
-#include "compare/schema/schema.hpp"
-#include "core/geometry/rigid_motion.hpp"
-#include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 
@@ -23,7 +16,9 @@ namespace fs = std::filesystem;
 std::optional<fs::path> place_in(const StoreReader& store, RecordBook& book,
                                  const std::string& sha256) {
   std::optional<fs::path> had;
-  for (const fs::path& place : store.places_of(sha256)) {
+  for (const std::string& path : store.column<std::string>(
+           "SELECT path FROM file WHERE sha256 = ? ORDER BY path", {sha256})) {
+    const fs::path place = (folder_of(store.file()) / path).lexically_normal();
     if (book.sha256(place) == sha256) return place;
     if (!had) had = place;
   }
@@ -114,13 +109,13 @@ Table row_of(const StoreReader& store, const Subject& subject, const std::string
   if (table != "calibration") return store.query(subject.row, {key});
   Table row = store.query(subject.row, {key, options.camera});
   if (row.rows.size() == 1) return row;
-  std::string names;
-  for (const auto& [sha256, name] : store.rows<std::string, std::string>(subject.row, {key, ""}))
-    names += (names.empty() ? "" : ", ") + name;
+  const auto names = store.column<std::string>(
+      "SELECT camera FROM calibration_camera WHERE calibration_sha256 = ?", {key});
   if (names.empty())
     throw usage_error("the store has the name of this calibration, not its residuals",
                       "import its sheets again with --calibration calibration.json");
-  throw usage_error("a residual is that of one camera", "give --camera, one of: " + names);
+  throw usage_error("a residual is that of one camera",
+                    fmt::format("give --camera, one of: {}", fmt::join(names, ", ")));
 }
 
 /// Verdict on the measurement in the last run that contains the number.
@@ -154,17 +149,17 @@ Answer explain(const StoreReader& store, const std::string& key, const std::stri
     const auto at = row.column(name);
     return at && !row.rows.empty() ? std::optional(row.rows[0][*at]) : std::nullopt;
   };
-  std::string names;
-  const Metric* meaning = nullptr;
-  const std::vector<Metric> metrics = metric_dictionary(store);
-  for (const Metric& known : metrics) {
-    const std::string& name = std::get<0>(known);
-    if (!value(name)) continue;
-    if (name == metric) meaning = &known;
-    names += (names.empty() ? "" : ", ") + name;
+  std::vector<std::string> names;
+  Metric meaning;
+  for (const Metric& known : metric_dictionary(store)) {
+    if (!value(std::get<0>(known))) continue;
+    names.push_back(std::get<0>(known));
+    if (names.back() == metric) meaning = known;
   }
-  if (meaning == nullptr)
-    throw usage_error(fmt::format("there is no metric `{}` here", metric), "there are: " + names);
+  const auto& [name, unit, definition] = meaning;
+  if (name.empty())
+    throw usage_error(fmt::format("there is no metric `{}` here", metric),
+                      fmt::format("there are: {}", fmt::join(names, ", ")));
   Answer result;
   result.tables = {Table({"what", "value"}),
                    Table({"depth", "file", "made_by", "sha256", "state"}, {0})};
@@ -172,8 +167,8 @@ Answer explain(const StoreReader& store, const std::string& key, const std::stri
     result.tables.front().add({what, text});
   };
   const std::string number = *value(metric);
-  add(metric, number.empty() ? "not known" : number + " " + std::get<1>(*meaning));
-  add("definition", std::get<2>(*meaning));
+  add(metric, number.empty() ? "not known" : number + " " + unit);
+  add("definition", definition);
   add(table, sha256);
   if (const auto judged = of_marks || table == "sheet" ? sha256 : value("measured_sha256"))
     add_verdict(store, of_marks, *judged, result.tables.front());
@@ -331,6 +326,7 @@ Answer moved_marks(const StoreReader& store, int first, int second) {
                     "compare runs whose sheets it has: drape results verify names those that it "
                     "lacks");
   };
+  const auto in_mm_4 = [](double length_m) { return fmt::format("{:.4f}", length_m / mm); };
   std::size_t moved_all = 0, marks_all = 0;
   for (const auto& [scene, set, own, other, same_pictures, same_calibration, same_recording] :
        pairs) {
@@ -343,24 +339,20 @@ Answer moved_marks(const StoreReader& store, int first, int second) {
       moved += is_moved;
       squares += mark.by_m.squaredNorm();
       largest_m = std::max(largest_m, mark.by_m.norm());
-      listed.add(
-          {scene, set, std::to_string(mark.mark.row), std::to_string(mark.mark.col),
-           fmt::format("{:.4f}", mark.by_m.x() / mm), fmt::format("{:.4f}", mark.by_m.y() / mm),
-           fmt::format("{:.4f}", mark.by_m.z() / mm), fmt::format("{:.4f}", mark.by_m.norm() / mm),
-           fmt::format("{:.4f}", 2 * largest_sd_m(mark.covariance_m2) / mm),
-           fmt::format("{:.1f}", mark.chi2), is_moved ? "moved" : ""});
+      listed.add({scene, set, std::to_string(mark.mark.row), std::to_string(mark.mark.col),
+                  in_mm_4(mark.by_m.x()), in_mm_4(mark.by_m.y()), in_mm_4(mark.by_m.z()),
+                  in_mm_4(mark.by_m.norm()), in_mm_4(2 * largest_sd_m(mark.covariance_m2)),
+                  fmt::format("{:.1f}", mark.chi2), is_moved ? "moved" : ""});
     }
     const double turn = Eigen::AngleAxisd(moves.rigid.rotation).angle();
-    sets.add(
-        {scene, set, std::to_string(moves.marks.size()), std::to_string(moved),
-         fmt::format("{:.4f}", moves.rigid.translation_m.norm() / mm),
-         fmt::format("{:.5f}", turn / units::deg),
-         fmt::format("{:.4f}", std::sqrt(squares / static_cast<double>(moves.marks.size())) / mm),
-         fmt::format("{:.4f}", largest_m / mm),
-         !shared.detections      ? "nothing: other pictures"
-         : same_calibration != 0 ? "pictures and calibration"
-         : shared.calibrating    ? "pictures, calibrating pictures too"
-                                 : "pictures"});
+    sets.add({scene, set, std::to_string(moves.marks.size()), std::to_string(moved),
+              in_mm_4(moves.rigid.translation_m.norm()), fmt::format("{:.5f}", turn / units::deg),
+              in_mm_4(std::sqrt(squares / static_cast<double>(moves.marks.size()))),
+              in_mm_4(largest_m),
+              !shared.detections      ? "nothing: other pictures"
+              : same_calibration != 0 ? "pictures and calibration"
+              : shared.calibrating    ? "pictures, calibrating pictures too"
+                                      : "pictures"});
     moved_all += moved;
     marks_all += moves.marks.size();
   }

@@ -3,12 +3,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
-#include <set>
-#include <utility>
 
 #include "compare/history/results.hpp"
-#include "core/files/files.hpp"
 
 namespace drape::compare {
 namespace {
@@ -37,8 +33,10 @@ bool is_alike(const Table& table, std::size_t at) {
          (name != "simulator" || values.begin()->second == "drapebench");
 }
 
-/// Removes those of the given columns that are redundant; the paper has none of them.
-void keep_what_differs(Table& table, const Names& columns) {
+/// Adds a table without those of the given columns that are redundant; the paper has none of them.
+void add_table(std::vector<Table>& tables, Table table, const std::string& title,
+               const Names& columns) {
+  if (table.rows.empty()) return;
   for (std::size_t at = table.names.size(); at-- > 0;) {
     if (std::find(columns.begin(), columns.end(), table.names[at]) == columns.end() ||
         !is_alike(table, at))
@@ -48,12 +46,6 @@ void keep_what_differs(Table& table, const Names& columns) {
     table.numeric.erase(table.numeric.begin() + column);
     for (auto& row : table.rows) row.erase(row.begin() + column);
   }
-}
-
-void add_table(std::vector<Table>& tables, Table table, const std::string& title,
-               const Names& columns) {
-  if (table.rows.empty()) return;
-  keep_what_differs(table, columns);
   table.title = title;
   tables.push_back(std::move(table));
 }
@@ -104,8 +96,8 @@ SELECT CASE WHEN branch IS NULL THEN 'Real vs virtual ' || {0} || coalesce('; ru
     ''), '') END,
   'Virtual vs virtual ' || {0}, measured, v.simulated, discretisation, segments,
   round(mean_dist_mm, 2) AS mean_dist_mm, simulator, fabric, model, solver, begins
-FROM {1}{2}{3})sql",
-                                            kDrape, chosen.from, chosen.where, in_order()),
+FROM {1}{2} {3})sql",
+                                            kDrape, chosen.from, chosen.where, kInOrder),
                                 chosen.parameters);
   std::set<std::pair<std::string, std::string>> sheets;
   std::map<std::string, std::string> pairs_below;
@@ -122,20 +114,13 @@ FROM {1}{2}{3})sql",
   }
 }
 
-bool of_cloths(const ResultFilter& filter) {
-  return !discretisation_of(filter).empty() || filter.segments || !filter.model.empty();
-}
-
 bool of_runs(const ResultFilter& filter) {
   return filter.run || !filter.since.empty() || !filter.until.empty();
 }
 
 Table surfaces_of(const StoreReader& store, const ResultFilter& filter) {
   Selection of{"v_real_vs_surface AS v", " WHERE 1", {}};
-  of.add("scene", filter.scene);
-  of.add("fabric", filter.fabric);
-  of.add("rig", filter.rig);
-  of.add("simulator", filter.simulator);
+  of.add(filter);
   if (!filter.outdated) of.where += " AND coalesce(state, 'current') = 'current'";
   if (!filter.calibration.empty()) {
     of.where += R"sql( AND measured IN (SELECT substr(m.sha256, 1, 12) FROM sheet AS m
@@ -159,17 +144,16 @@ SELECT scene, simulator, fabric, round(to_surface_mean_mm, 3) AS to_surface_mean
 
 /// Adds simulations without a real cloth, which belong to no run, rig or calibration.
 void add_alone(const StoreReader& store, const ResultFilter& filter, std::vector<Table>& tables) {
-  Selection sheets{
-      "simulation AS s LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256", " WHERE 1", {}};
-  sheets.add("s.scene", filter.scene);
-  sheets.add("coalesce(f.name, s.fabric_stated)", filter.fabric);
-  sheets.add(kDiscretisation, discretisation_of(filter));
-  if (filter.segments) sheets.add("s.segments", *filter.segments);
-  sheets.add("s.model", filter.model);
-  sheets.add("s.simulator", filter.simulator);
+  Selection sheets;
+  sheets.add(filter);
   std::set<std::pair<std::string, std::string>> chosen;
-  for (const auto& [sheet] : store.rows<std::string>(
-           "SELECT substr(s.sheet_sha256, 1, 12) FROM " + sheets.from + sheets.where,
+  for (const std::string& sheet : store.column<std::string>(
+           fmt::format("SELECT sheet FROM (SELECT substr(s.sheet_sha256, 1, 12) AS sheet, s.scene "
+                       "AS scene, coalesce(f.name, s.fabric_stated) AS fabric, {} AS "
+                       "discretisation, s.segments AS segments, s.model AS model, s.simulator AS "
+                       "simulator FROM simulation AS s LEFT JOIN fabric AS f ON f.sha256 = "
+                       "s.fabric_sha256){}",
+                       kDiscretisation, sheets.where),
            sheets.parameters))
     chosen.emplace("", sheet);
   for (const Table& table :
@@ -193,7 +177,8 @@ SELECT scene, fabric, discretisation, segments, branch, round(energy_uJ, 2) AS e
                                     chosen.from, chosen.where),
                         chosen.parameters),
             "Branches (equilibria of one drape, by energy)", {"fabric"});
-  if (!of_cloths(filter))
+  // A surface without marks has no mesh, segments or model.
+  if (discretisation_of(filter).empty() && !filter.segments && filter.model.empty())
     add_table(tables, surfaces_of(store, filter),
               "Real vs surface (meshes without material correspondence)", {"fabric"});
   if (!of_runs(filter) && filter.rig.empty() && filter.calibration.empty())

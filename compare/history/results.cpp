@@ -2,12 +2,14 @@
 #include "compare/history/results.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cmath>
 #include <regex>
 
-#include "compare/schema/schema.hpp"
+#include "core/program/run_record.hpp"
+#include "core/program/words.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -15,21 +17,8 @@ namespace {
 
 /// True for "2026", "2026-03" or "2026-03-01": the beginning of a date as stored.
 bool is_date(const std::string& text) {
-  static const std::regex form("([0-9]{4})(-([0-9]{2})(-([0-9]{2}))?)?");
-  std::smatch part;
-  if (!std::regex_match(text, part, form)) return false;
-  const auto number = [&](std::size_t i) {
-    return part[i].matched ? static_cast<unsigned>(std::stoi(part[i])) : 1U;
-  };
-  return std::chrono::year_month_day(std::chrono::year(static_cast<int>(number(1))),
-                                     std::chrono::month(number(3)), std::chrono::day(number(5)))
-      .ok();
-}
-
-void check_date(const char* option, const std::string& date) {
-  if (date.empty() || is_date(date)) return;
-  throw usage_error(fmt::format("{} {} is not an ISO date", option, date),
-                    "give year-month-day, e.g. 2026-03-01");
+  static const std::regex form("[0-9]{4}(-[0-9]{2}){0,2}");
+  return std::regex_match(text, form) && date_in((text + "-01-01").substr(0, 10));
 }
 
 /// Throws if no row of the query `names` has `value` as `name`; reads all only for the error.
@@ -39,12 +28,40 @@ void check_known(const StoreReader& store, const std::string& option, const std:
       !store.rows<int>(fmt::format("SELECT 1 FROM ({}) WHERE name = ? LIMIT 1", names), {value})
            .empty())
     return;
-  const auto known = store.rows<std::string>(fmt::format(
-      "SELECT coalesce(group_concat(name, ', '), 'none') FROM (SELECT DISTINCT name FROM "
-      "({}) WHERE name <> '' ORDER BY 1)",
-      names));
-  throw usage_error(fmt::format("nothing in the store has {} `{}`", option, value),
-                    "there is: " + std::get<0>(known.front()));
+  const auto known = store.column<std::string>(
+      fmt::format("SELECT DISTINCT name FROM ({}) WHERE name <> '' ORDER BY 1", names));
+  throw usage_error(
+      fmt::format("nothing in the store has {} `{}`", option, value),
+      known.empty() ? "there is: none" : fmt::format("there is: {}", fmt::join(known, ", ")));
+}
+
+/// A column of every view of comparisons with the value that a filter asks for; no filter if empty.
+struct Condition {
+  const char* option;
+  const char* column;
+  std::string value;
+  const char* known;  ///< query of the values in the store
+};
+
+std::vector<Condition> conditions_of(const ResultFilter& filter) {
+  static const std::string meshes =
+      fmt::format("SELECT {} AS name FROM simulation AS s", kDiscretisation);
+  return {{"scene", "scene", filter.scene,
+           "SELECT scene AS name FROM simulation UNION ALL SELECT scene FROM run_drape UNION ALL "
+           "SELECT scene FROM surface_comparison"},
+          {"fabric", "fabric", filter.fabric,
+           "SELECT coalesce(f.name, s.fabric_stated) AS name FROM simulation AS s LEFT JOIN fabric "
+           "AS f ON f.sha256 = s.fabric_sha256 UNION ALL SELECT fabric_stated FROM "
+           "surface_comparison"},
+          {filter.spacing_m ? "mesh" : "grid", "discretisation", discretisation_of(filter),
+           meshes.c_str()},
+          {"segments", "segments", filter.segments ? std::to_string(*filter.segments) : "",
+           "SELECT CAST(segments AS TEXT) AS name FROM simulation"},
+          {"rig", "rig", filter.rig, "SELECT name FROM rig"},
+          {"model", "model", filter.model, "SELECT model AS name FROM simulation"},
+          {"simulator", "simulator", filter.simulator,
+           "SELECT simulator AS name FROM simulation UNION ALL SELECT simulator FROM "
+           "surface_comparison"}};
 }
 
 constexpr const char* kSpecimens =
@@ -76,20 +93,18 @@ std::string window_of(const ResultFilter& filter, Cells& parameters) {
 
 }  // namespace
 
-std::string in_order() {
-  return fmt::format(" ORDER BY scene, measured, {}, branch, comparison", kFinestFirst);
-}
-
 std::string discretisation_of(const ResultFilter& filter) {
   if (filter.spacing_m) return fmt::format("{:g} mm", *filter.spacing_m / units::mm);
   const std::string& grid = filter.grid;
   return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
 }
 
-void Selection::add(const std::string& column, const Cell& value) {
-  if (value == Cell("")) return;
-  where += fmt::format(" AND {} = ?", column);
-  parameters.push_back(value);
+void Selection::add(const ResultFilter& filter) {
+  for (const Condition& one : conditions_of(filter)) {
+    if (one.value.empty()) continue;
+    where += fmt::format(" AND {} = ?", one.column);
+    parameters.emplace_back(one.value);
+  }
 }
 
 std::string runs_of(const ResultFilter& filter, Cells& parameters) {
@@ -97,27 +112,12 @@ std::string runs_of(const ResultFilter& filter, Cells& parameters) {
 }
 
 void check_filter(const StoreReader& store, const ResultFilter& filter) {
-  check_date("--since", filter.since);
-  check_date("--until", filter.until);
-  const std::string meshes = fmt::format("SELECT {} AS name FROM simulation AS s", kDiscretisation);
-  for (const auto& [option, value, names] :
-       {std::tuple<const char*, std::string, const char*>{
-            "scene", filter.scene,
-            "SELECT scene AS name FROM simulation UNION ALL SELECT scene FROM run_drape UNION ALL "
-            "SELECT scene FROM surface_comparison"},
-        {"fabric", filter.fabric,
-         "SELECT coalesce(f.name, s.fabric_stated) AS name FROM simulation AS s LEFT JOIN fabric "
-         "AS f ON f.sha256 = s.fabric_sha256 UNION ALL SELECT fabric_stated FROM "
-         "surface_comparison"},
-        {filter.spacing_m ? "mesh" : "grid", discretisation_of(filter), meshes.c_str()},
-        {"segments", filter.segments ? std::to_string(*filter.segments) : "",
-         "SELECT CAST(segments AS TEXT) AS name FROM simulation"},
-        {"rig", filter.rig, "SELECT name FROM rig"},
-        {"model", filter.model, "SELECT model AS name FROM simulation"},
-        {"simulator", filter.simulator,
-         "SELECT simulator AS name FROM simulation UNION ALL SELECT simulator FROM "
-         "surface_comparison"}})
-    check_known(store, option, value, names);
+  for (const auto& [option, date] : {std::pair("--since", filter.since), {"--until", filter.until}})
+    if (!date.empty() && !is_date(date))
+      throw usage_error(fmt::format("{} {} is not an ISO date", option, date),
+                        "give year-month-day, e.g. 2026-03-01");
+  for (const Condition& one : conditions_of(filter))
+    check_known(store, one.option, one.value, one.known);
   if (filter.run) require_run(store, *filter.run);
   if (filter.calibration.empty()) return;
   std::string names;
@@ -145,13 +145,7 @@ Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
   const std::string window = window_of(filter, parameters);
   selection.from = fmt::format("v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id",
                                state_query(window));
-  selection.add("scene", filter.scene);
-  selection.add("fabric", filter.fabric);
-  selection.add("discretisation", discretisation_of(filter));
-  if (filter.segments) selection.add("segments", *filter.segments);
-  selection.add("rig", filter.rig);
-  selection.add("model", filter.model);
-  selection.add("simulator", filter.simulator);
+  selection.add(filter);
   if (!window.empty()) {
     selection.where += " AND v.id IN (SELECT comparison_id FROM run_comparison WHERE run IN (";
     selection.where += runs_of(filter, parameters) + ")";
@@ -244,7 +238,7 @@ SELECT comparison, s.run, substr(s.date, 1, 10) AS date,
   round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side,
   round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, simulator,
   status, branch, recorded_on, measured, s.cause AS cause, v.id FROM )sql" +
-                               selection.from + selection.where + in_order(),
+                               selection.from + selection.where + " " + kInOrder,
                            selection.parameters);
   Printed printed;
   for (auto& row : list.rows) {
@@ -334,18 +328,17 @@ UNION SELECT d.run FROM run_drape AS d JOIN sheet AS m ON m.sha256 = d.measured_
 }
 
 Table export_table(const StoreReader& store, const std::string& name) {
-  std::string names;
   // The lists of comparisons are based on this view, which itself has no verdict.
   if (name == "v_comparison")
     return store.query(
         "SELECT v.*, s.run, s.measurement, s.cause, s.state FROM v_comparison AS v LEFT JOIN "
         "v_state AS s ON s.comparison_id = v.id");
-  for (const auto& [known] : store.rows<std::string>(
-           "SELECT name FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY name")) {
-    if (known == name) return store.query(fmt::format("SELECT * FROM \"{}\"", name));
-    names += (names.empty() ? "" : ", ") + known;
-  }
-  throw usage_error(fmt::format("the store has no table or view `{}`", name), "it has: " + names);
+  const auto known = store.column<std::string>(
+      "SELECT name FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY name");
+  if (std::find(known.begin(), known.end(), name) != known.end())
+    return store.query(fmt::format("SELECT * FROM \"{}\"", name));
+  throw usage_error(fmt::format("the store has no table or view `{}`", name),
+                    fmt::format("it has: {}", fmt::join(known, ", ")));
 }
 
 std::string dump_sql(const StoreReader& store) {
@@ -359,11 +352,10 @@ std::string dump_sql(const StoreReader& store) {
   for (const auto& [type, name, sql] : objects) text += sql + ";\n";
   for (const auto& [type, name, sql] : objects) {
     if (type != "table") continue;
-    const auto values = store.rows<std::string>(
-        R"(SELECT group_concat('quote("' || name || '")', ' || '', '' || ') FROM pragma_table_info(?))",
-        {name});
-    for (const auto& [line] : store.rows<std::string>(
-             fmt::format("SELECT {} FROM \"{}\"", std::get<0>(values.front()), name)))
+    const auto values = store.column<std::string>(
+        R"(SELECT 'quote("' || name || '")' FROM pragma_table_info(?))", {name});
+    for (const std::string& line : store.column<std::string>(
+             fmt::format("SELECT {} FROM \"{}\"", fmt::join(values, " || ', ' || "), name)))
       text += fmt::format("INSERT INTO \"{}\" VALUES ({});\n", name, line);
   }
   return text + "COMMIT;\n";
@@ -371,10 +363,9 @@ std::string dump_sql(const StoreReader& store) {
 
 void require_run(const StoreReader& store, int number) {
   if (!store.rows<int>("SELECT 1 FROM run WHERE number = ?", {number}).empty()) return;
-  const auto last = store.rows<int>("SELECT max(number) FROM run");
-  throw usage_error(
-      fmt::format("there is no run {}", number),
-      fmt::format("the store has runs 1 to {}: drape-results runs", std::get<0>(last[0])));
+  const auto last = store.column<int>("SELECT max(number) FROM run");
+  throw usage_error(fmt::format("there is no run {}", number),
+                    fmt::format("the store has runs 1 to {}: drape-results runs", last[0]));
 }
 
 Answer difference_of_runs(const StoreReader& store, int first, int second) {
@@ -409,6 +400,180 @@ SELECT d.run, d.scene, d.discretisation, d.segments, round(d.mean_dist_mm, 3) AS
                              {first, second});
   drapes.title = "Their drapes";
   return {sentence, {std::move(values), std::move(drapes)}};
+}
+
+namespace {
+
+/// Every value with its series, unit, label, verdict (GO, NO-GO, or NULL if in no run), number in
+/// the series, whether it is the newest; and count, sum and sum of squares of the earlier values of
+/// its series without those that are NO-GO, which say nothing about usual ones. `part` and `place`
+/// order them by series, in each by the dates of the first runs. The braces are replaced by
+/// state_query().
+constexpr const char* kSeries = R"sql(
+WITH all_values(part, place, name, unit, label, value, verdict) AS (
+SELECT 1, row_number() OVER (ORDER BY k.rig_name, c.camera,
+    (SELECT min(r.date) FROM run AS r WHERE r.calibration_sha256 = k.sha256), l.sequence),
+  'calibration residual ' || k.rig_name || ' ' || c.camera, 'px',
+  substr(c.calibration_sha256, 1, 12), c.rms_px, (SELECT max(CASE WHEN d.cause LIKE
+    'the calibration is NO-GO:%' THEN 'NO-GO' ELSE 'GO' END)
+    FROM run AS q JOIN run_drape AS d ON d.run = q.number WHERE q.calibration_sha256 = k.sha256)
+FROM calibration_camera AS c JOIN calibration AS k ON k.sha256 = c.calibration_sha256
+  JOIN listed AS l ON l.kind = 'calibration_file' AND l.key = c.calibration_sha256
+WHERE ?1 = ''
+UNION ALL SELECT 2, row_number() OVER (ORDER BY f.unit, a.rig_name, f.name, a.date, l.sequence),
+  'acceptance ' || a.rig_name || ' ' || f.name, f.unit,
+  coalesce(a.date, substr(a.sha256, 1, 12)), f.value, f.verdict
+FROM acceptance_figure AS f JOIN acceptance AS a ON a.sha256 = f.acceptance_sha256
+  JOIN listed AS l ON l.kind = 'acceptance' AND l.key = a.sha256
+WHERE f.value IS NOT NULL AND ?1 = ''
+UNION ALL SELECT 3, row_number() OVER (ORDER BY d.name, d.first, d.id), d.name, 'mm', d.comparison,
+  d.mean_mm, d.measurement
+FROM (SELECT 'mean distance ' || v.rig || ' ' || v.scene || ' ' || coalesce(v.fabric, '') || ' ' ||
+    v.discretisation || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' ||
+    v.model || coalesce(' ' || v.solver, '') ||
+    CASE v.begins WHEN 'scene' THEN '' ELSE ' from the ' || v.begins END ||
+    coalesce(', friction ' || f.value, '') AS name, v.comparison AS comparison,
+    v.mean_dist_mm AS mean_mm, s.measurement AS measurement, v.id AS id,
+    (SELECT min(q.date) FROM run_comparison AS k JOIN v_run_moment AS q ON q.run = k.run
+      WHERE k.comparison_id = v.id) AS first
+  FROM v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id LEFT JOIN run_value AS f
+    ON f.run = s.run AND f.owner = 'scene ' || v.scene AND f.key = 'friction'
+  WHERE v.branch IS NULL AND coalesce(s.measurement, 'GO') = 'GO'
+    AND (?1 = '' OR v.scene = ?1 OR v.scene || '/' || v.fabric = ?1)) AS d)
+SELECT name, unit, label, value, verdict, row_number() OVER series,
+  row_number() OVER (PARTITION BY name ORDER BY place DESC) = 1,
+  count(*) FILTER (WHERE verdict IS NOT 'NO-GO') OVER before,
+  sum(value) FILTER (WHERE verdict IS NOT 'NO-GO') OVER before,
+  sum(value * value) FILTER (WHERE verdict IS NOT 'NO-GO') OVER before
+FROM all_values WINDOW series AS (PARTITION BY name ORDER BY place),
+  before AS (series ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING)
+ORDER BY part, place)sql";
+
+}  // namespace
+
+Trend trend_of(const StoreReader& store, const TrendOptions& options) {
+  if (options.least_before < 2 || !(options.alarm_sigmas > 0))
+    throw usage_error("a trend needs at least 2 values before and an alarm above 0 sigma", "");
+  check_specimen(store, options.specimen);
+  store.require_as_written(std::vector<std::string>{
+      "calibration", "calibration_camera", "acceptance", "acceptance_figure", "comparison", "sheet",
+      "simulation", "fabric", "run", "run_drape", "run_value"});
+  Trend trend;
+  trend.table = Table({"series", "n", "run", "value", "unit", "mean_before", "s_before", "sigmas",
+                       "alarm", "measurement"},
+                      {1, 3, 5, 6, 7});
+  using Text = std::string;
+  for (const auto& [name, unit, label, value, verdict, number, is_newest, n, sum, squares] :
+       store.rows<Text, Text, Text, double, Text, Text, bool, double, double, double>(
+           fmt::format(fmt::runtime(kSeries), state_query()), {options.specimen})) {
+    std::vector<Text> cells = {name, number, label,  fmt::format("{:.4f}", value), unit, "", "",
+                               "",   "",     verdict};
+    if (n >= options.least_before) {
+      const double mean = sum / n;
+      const double s = std::sqrt(std::max(0.0, (squares - n * mean * mean) / (n - 1)));
+      const double spread = s * std::sqrt(1 + 1 / n);
+      const double off = value - mean;
+      const bool alarm = std::abs(off) > options.alarm_sigmas * spread;
+      trend.alarms += alarm && is_newest;
+      cells[5] = fmt::format("{:.4f}", mean);
+      cells[6] = fmt::format("{:.4f}", s);
+      cells[7] = spread > 0 ? fmt::format("{:+.1f}", off / spread) : off == 0 ? "0" : "";
+      cells[8] = alarm ? "ALARM" : "";
+    }
+    trend.table.add(std::move(cells));
+  }
+  return trend;
+}
+
+namespace {
+
+using Values = std::map<std::string, std::string>;
+
+/// The keys that a trend by ?1 asks for. Goes from key to key by the index: DISTINCT would read
+/// every value of every run.
+constexpr const char* kAsked = R"sql(WITH RECURSIVE each(key) AS (SELECT min(key) FROM run_value
+  UNION ALL SELECT (SELECT min(v.key) FROM run_value AS v WHERE v.key > each.key) FROM each
+  WHERE each.key IS NOT NULL),
+asked AS (SELECT key FROM each WHERE key = ?1 OR key LIKE '%.' || ?1))sql";
+
+/// Numbers the rows of each scene by the values they share apart from those of the trend's key,
+/// and names the differences from the first of them. The last column comes with the fabric's name.
+void set_series_apart(const StoreReader& store, const std::string& key, Table& table) {
+  std::map<std::pair<std::string, std::string>, Values> values;  // by run and scene
+  for (auto& [run, scene, name, value] :
+       store.rows<std::string, std::string, std::string, std::string>(
+           fmt::format(R"sql(
+SELECT d.run, d.scene, x.owner || ' ' || x.key, x.value FROM v_run_drape AS d
+  JOIN run_value AS x ON x.run = d.run AND x.owner IN ('scene ' || d.scene, 'calibration'{})
+WHERE x.key <> ?1 AND x.key NOT LIKE '%.' || ?1)sql",
+                       key == "fabric" ? "" : ", 'fabric ' || d.fabric"),
+           {key}))
+    values[{run, scene}][name] = std::move(value);
+  const auto at = [&](const char* name) { return *table.column(name); };
+  const std::size_t scene = at("scene"), run = at("run"), series = at("series"),
+                    mesh = at("discretisation"), segments = at("segments"),
+                    otherwise = at("otherwise");
+  std::map<std::string, std::vector<Values>> known;
+  for (auto& row : table.rows) {
+    Values all = values[{row[run], row[scene]}];
+    all["discretisation"] = row[mesh];
+    all["segments"] = row[segments];
+    if (key != "fabric") all["fabric"] = row[otherwise];
+    std::vector<Values>& of_scene = known[row[scene]];
+    const auto same = std::find(of_scene.begin(), of_scene.end(), all);
+    row[series] = std::to_string(same - of_scene.begin() + 1);
+    if (same == of_scene.end()) of_scene.push_back(all);
+    constexpr int kNamed = 3;
+    int differ = 0;
+    row[otherwise].clear();
+    for (const auto& [name, value] : all) {
+      const auto first = of_scene.front().find(name);
+      const std::string old = first == of_scene.front().end() ? "absent" : first->second;
+      if (old == value || ++differ > kNamed) continue;
+      row[otherwise] += fmt::format("{}{} {} -> {}", differ == 1 ? "" : ", ", name, old, value);
+    }
+    if (differ > kNamed) row[otherwise] += fmt::format(" and {} more", differ - kNamed);
+  }
+  std::stable_sort(table.rows.begin(), table.rows.end(), [&](const auto& one, const auto& other) {
+    return std::pair(one[scene], std::stoi(one[series])) <
+           std::pair(other[scene], std::stoi(other[series]));
+  });
+}
+
+}  // namespace
+
+Table trend_by(const StoreReader& store, const std::string& key, const std::string& specimen) {
+  store.require_as_written(std::vector<std::string>{"run", "run_drape", "run_match", "run_value",
+                                                    "comparison", "simulation", "fabric"});
+  check_specimen(store, specimen);
+  std::string value = "d." + key, with;
+  if (key != "fabric" && key != "label" && key != "scene") {
+    if (store.column<std::string>(fmt::format("{} SELECT key FROM asked", kAsked), {key}).empty()) {
+      auto names = store.column<std::string>("SELECT DISTINCT key FROM run_value ORDER BY key");
+      names.insert(names.begin(), {"fabric", "label"});
+      throw usage_error(fmt::format("no run has a value `{}`{}", key, did_you_mean(key, names)),
+                        "see the keys with: drape-results sql \"SELECT DISTINCT owner, key FROM "
+                        "run_value\"");
+    }
+    value =
+        "(SELECT group_concat(v.value, ', ') FROM chosen AS v WHERE v.run = d.run AND v.owner IN "
+        "('scene ' || d.scene, 'fabric ' || d.fabric, 'calibration'))";
+    with = std::string(kAsked) +
+           ", chosen AS MATERIALIZED (SELECT run, owner, value FROM run_value WHERE key IN (SELECT "
+           "key FROM asked) ORDER BY run, owner, key)";
+  }
+  Table table = store.query(fmt::format(R"sql({}
+SELECT d.scene, {} AS by_value, '' AS series, d.run, substr(d.date, 1, 10) AS date,
+  d.discretisation, d.segments, round(d.mean_dist_mm, 3) AS mean_dist_mm,
+  round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, {}, d.measurement, d.match,
+  d.match_rests_on, coalesce(d.fabric, '') AS otherwise
+FROM v_run_drape AS d WHERE ?2 = '' OR d.scene = ?2 OR d.scene || '/' || d.fabric = ?2
+ORDER BY d.scene, by_value, d.date, d.run)sql",
+                                        with, value, kUncertaintyIs),
+                            {key, specimen});
+  set_series_apart(store, key, table);
+  table.names[1] = key;
+  return table;
 }
 
 }  // namespace drape::compare

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <set>
-#include <string>
-#include <vector>
-
 #include "compare/records/provenance.hpp"
 #include "compare/store/store.hpp"
 #include "core/geometry/rigid_motion.hpp"
@@ -110,9 +105,6 @@ inline constexpr const char* kUncertaintyIs =
     "run_drape AS k WHERE k.run = d.run AND k.scene = d.scene AND substr(k.headline_sha256, 1, 12) "
     "= d.comparison) AS uncertainty_is";
 
-/// Columns of the view v_real_vs_virtual.
-[[nodiscard]] std::string in_order();
-
 /// "21x21" or "2.5 mm"; empty if the filter has neither.
 [[nodiscard]] std::string discretisation_of(const ResultFilter& filter);
 
@@ -123,7 +115,9 @@ struct Selection {
   std::string where = " WHERE 1";
   Cells parameters;  ///< parameters of both, in order
 
-  void add(const std::string& column, const Cell& value);
+  /// Adds what the filter asks of columns named scene, fabric, discretisation, segments, rig,
+  /// model and simulator.
+  void add(const ResultFilter& filter);
 };
 
 /// Throws Error(usage) for an invalid date, and for a value that does not occur in the store,

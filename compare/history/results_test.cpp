@@ -222,7 +222,8 @@ TEST_F(Results, OnlyQueriesAreRun) {
     return ErrorKind::internal;
   };
   const char* unknown = "SELECT nothing FROM rig";
-  EXPECT_EQ(kind_of([&] { return reader.answer(unknown); }), ErrorKind::usage);  // caller's error
+  EXPECT_EQ(kind_of([&] { return reader.query(unknown, {}, StoreReader::Author::person); }),
+            ErrorKind::usage);  // caller's error
   EXPECT_EQ(kind_of([&] { return reader.query(unknown); }), ErrorKind::bad_input);
   EXPECT_EQ(reader.query("SELECT count(*) FROM mark_error").rows[0][0], "484");
   EXPECT_EQ(reader.query(" select ';' ; ").rows[0][0], ";");

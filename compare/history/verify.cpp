@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/history/verify.hpp"
 
-#include <SQLiteCpp/SQLiteCpp.h>
 #include <SQLiteCpp/Savepoint.h>
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -9,20 +8,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <map>
-#include <memory>
-#include <optional>
-#include <tuple>
 
 #include "compare/compare.hpp"
 #include "compare/drape_input.hpp"
-#include "compare/schema/schema.hpp"
-#include "compare/store/manifest.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/store.hpp"
 #include "core/drape_mesh.hpp"
-#include "core/files/files.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -78,23 +68,26 @@ void check_rows(SQLite::Database& database, Verification& result) {
 
 struct Absent {};  ///< thrown for content that the store lacks
 
-/// Content of the store by its hash.
-class Contents {
- public:
-  explicit Contents(const StoreReader& reader) : reader_(reader) {}
+using Text = std::string;
+using Places = std::vector<Eigen::Vector2d>;
 
-  [[nodiscard]] Document document(const std::string& sha256) const {
-    return {name(sha256), Syntax::json, bytes(sha256)};
-  }
-  [[nodiscard]] Sheet sheet(const std::string& sha256) const {
-    return read_record<Sheet>(document(sha256));
-  }
-  /// A simulated sheet, or the mesh of another simulator sampled at the marks of the real one.
-  [[nodiscard]] Sheet simulated(const std::string& sha256, const Sheet& real) {
-    return put_mesh(sha256) ? read_other_mesh(toml(), real, mesh_).sheet.sheet : sheet(sha256);
-  }
-  [[nodiscard]] std::optional<OtherSurface> surface(const std::string& sha256) {
-    return put_mesh(sha256) ? read_other_surface(toml(), mesh_) : std::nullopt;
+/// Recomputes the numbers of the store from its blobs.
+class Recomputation {
+ public:
+  Recomputation(const StoreReader& reader, Verification& result)
+      : reader_(reader), result_(result) {}
+
+  void run() {
+    for (void (Recomputation::*const kind)() :
+         {&Recomputation::comparisons, &Recomputation::surfaces, &Recomputation::pairs,
+          &Recomputation::branches, &Recomputation::turns}) {
+      (this->*kind)();
+      if (left_ > 0)
+        result_.findings.push_back(
+            fmt::format("{}{} not computed again: the store lacks their sheets", first_left_,
+                        left_ == 1 ? Text(" was") : fmt::format(" and {} more were", left_ - 1)));
+      left_ = 0;
+    }
   }
 
  private:
@@ -107,47 +100,27 @@ class Contents {
     throw bad_input("the blob is not as it was written", {.file = name(sha256)},
                     "restore the store from a backup");
   }
+  [[nodiscard]] Document document(const std::string& sha256) const {
+    return {name(sha256), Syntax::json, bytes(sha256)};
+  }
+  [[nodiscard]] Sheet sheet(const std::string& sha256) const {
+    return read_record<Sheet>(document(sha256));
+  }
   [[nodiscard]] fs::path toml() const { return folder_.path() / "mesh.toml"; }
-  /// Writes the files of another simulator's mesh; false if the content is not one.
-  [[nodiscard]] bool put_mesh(const std::string& sha256) {
+  /// Writes the description and the mesh of another simulator; returns the mesh's path, empty if
+  /// the content is not one.
+  [[nodiscard]] fs::path put_mesh(const std::string& sha256) const {
     constexpr std::size_t kHash = 64;
     const std::string content = bytes(sha256);
     const auto description = description_in(content);
-    if (!description) return false;
+    if (!description) return {};
     write_durable(toml(), bytes(*description));
-    mesh_ = folder_.path() / "mesh";
-    mesh_ += read_record<DrapeMesh>(toml()).mesh_file.extension();
-    write_durable(mesh_, bytes(content.substr(content.size() - kHash)));
-    return true;
+    fs::path mesh = folder_.path() / "mesh";
+    mesh += read_record<DrapeMesh>(toml()).mesh_file.extension();
+    write_durable(mesh, bytes(content.substr(content.size() - kHash)));
+    return mesh;
   }
 
-  const StoreReader& reader_;
-  TemporaryFolder folder_{"meshes of the store cannot be put out"};
-  fs::path mesh_;
-};
-
-using Text = std::string;
-using Places = std::vector<Eigen::Vector2d>;
-
-/// Recomputes the numbers of the store from its blobs.
-class Recomputation {
- public:
-  Recomputation(const StoreReader& reader, Verification& result)
-      : reader_(reader), contents_(reader), result_(result) {}
-
-  void run() {
-    comparisons();
-    report_left();
-    surfaces();
-    report_left();
-    pairs();
-    report_left();
-    branches();
-    report_left();
-    turns();
-  }
-
- private:
   /// Tests that a row is reproduced with the same bits, else reports `wrong` of it; a row whose
   /// content is not in the store is left. Returns the number of rows computed.
   int judge(const char* kind, const Text& sha256, const Text& wrong,
@@ -164,14 +137,6 @@ class Recomputation {
     return 0;
   }
 
-  void report_left() {
-    if (left_ > 0)
-      result_.findings.push_back(
-          fmt::format("{}{} not computed again: the store lacks their sheets", first_left_,
-                      left_ == 1 ? Text(" was") : fmt::format(" and {} more were", left_ - 1)));
-    left_ = 0;
-  }
-
   /// Compares every distance and the mean of each comparison.
   void comparisons() {
     for (const auto& [id, key, measured, simulated, mean_mm] :
@@ -179,9 +144,13 @@ class Recomputation {
              "SELECT id, sha256, measured_sha256, simulated_sha256, mean_mm FROM comparison ORDER "
              "BY id"))
       result_.comparisons += judge("comparison", key, "does not come out of its sheets", [&] {
-        const Sheet real = contents_.sheet(measured);
-        const std::vector<MarkError> marks =
-            compare_marks(real, Surface(contents_.simulated(simulated, real), simulated)).marks;
+        // A simulated sheet, or the mesh of another simulator sampled at the marks of the real one.
+        const Sheet real = sheet(measured);
+        const fs::path mesh = put_mesh(simulated);
+        const Surface cloth(
+            mesh.empty() ? sheet(simulated) : read_other_mesh(toml(), real, mesh).sheet.sheet,
+            simulated);
+        const std::vector<MarkError> marks = compare_marks(real, cloth).marks;
         const auto rows = reader_.rows<int, int, double>(
             "SELECT \"row\", \"col\", distance_mm FROM mark_error WHERE comparison_id = ? ORDER BY "
             "\"row\", \"col\"",
@@ -203,8 +172,9 @@ class Recomputation {
              "real_to_mesh_mean_mm, mesh_to_real_max_mm FROM surface_comparison ORDER BY sha256"))
       result_.comparisons +=
           judge("surface comparison", key, "does not come out of its files", [&] {
-            const Sheet real = contents_.sheet(measured);
-            const auto surface = contents_.surface(mesh);
+            const Sheet real = sheet(measured);
+            const fs::path file = put_mesh(mesh);
+            const auto surface = file.empty() ? std::nullopt : read_other_surface(toml(), file);
             if (!surface) return false;
             const RealSurface found = compare_to_surface(real, surface->mesh);
             const auto& both = found.both_directions;
@@ -220,19 +190,19 @@ class Recomputation {
   /// same cloth.
   [[nodiscard]] std::vector<Places> places_of(const std::optional<Text>& measured,
                                               const Text& first, int points) {
-    if (measured) return {lattice_places_of(contents_.sheet(*measured), *measured)};
+    if (measured) return {lattice_places_of(sheet(*measured), *measured)};
     std::vector<Places> all;
     for (const auto& [warp_mm, weft_mm] : reader_.rows<double, double>(
              "SELECT patch_warp_mm, patch_weft_mm FROM sheet WHERE sha256 = ?", {first})) {
       const auto [known, is_new] = grids_.try_emplace({warp_mm, weft_mm, points});
       if (is_new)
-        for (const auto& [sheet] : reader_.rows<Text>(
+        for (const auto& [simulated] : reader_.rows<Text>(
                  "SELECT min(sha256) FROM sheet WHERE kind = 'simulated' AND marks = ?3 AND "
                  "patch_warp_mm = ?1 AND patch_weft_mm = ?2 AND sha256 IN (SELECT sheet_sha256 "
                  "FROM simulation WHERE simulator = 'drapebench') AND sha256 IN (SELECT sha256 "
                  "FROM blob) GROUP BY rows, cols",
                  {warp_mm, weft_mm, points}))
-          known->second.push_back(compare::places_of(contents_.sheet(sheet)));
+          known->second.push_back(compare::places_of(sheet(simulated)));
       all = known->second;
     }
     if (all.empty()) throw Absent();
@@ -245,7 +215,7 @@ class Recomputation {
              "SELECT sha256, measured_sha256, first_sha256, second_sha256, points, mean_mm, max_mm "
              "FROM simulation_pair ORDER BY sha256"))
       result_.comparisons += judge("pair", key, "does not come out of its sheets", [&] {
-        const Surface one(contents_.sheet(first), first), other(contents_.sheet(second), second);
+        const Surface one(sheet(first), first), other(sheet(second), second);
         const auto places = places_of(measured, first, points);
         return std::any_of(places.begin(), places.end(), [&](const Places& at) {
           const auto distances = distances_between(one, other, at);
@@ -263,7 +233,7 @@ class Recomputation {
              "SELECT branches_sha256, number, energy_uJ, starts, hem_nodes FROM branch ORDER BY "
              "sheet_sha256"))
       judge("branch list", set, fmt::format("says otherwise of branch {}", number), [&] {
-        const auto listed = branch_in(contents_.document(set), number);
+        const auto listed = branch_in(document(set), number);
         return listed && listed->set_sha256 == set && listed->energy_j / 1e-6 == energy_uJ &&
                static_cast<int>(listed->starts.size()) == starts && listed->hem_nodes == hem_nodes;
       });
@@ -276,17 +246,16 @@ class Recomputation {
              "t.turned_mean_mm FROM branch_turn AS t JOIN comparison AS c ON c.sha256 = "
              "t.comparison_sha256 ORDER BY c.id"))
       judge("the best turn of", simulated, "does not come out of its sheets", [&] {
-        const auto turned =
-            best_turn(contents_.sheet(measured), Surface(contents_.sheet(simulated), simulated),
-                      {x_mm * mm, y_mm * mm});
+        const auto turned = best_turn(sheet(measured), Surface(sheet(simulated), simulated),
+                                      {x_mm * mm, y_mm * mm});
         // The axis was converted between units, which can change its last bit.
         return turned && std::abs(turned->mean_m / mm - mean_mm) <= 1e-9;
       });
   }
 
   const StoreReader& reader_;
-  Contents contents_;
   Verification& result_;
+  TemporaryFolder folder_{"meshes of the store cannot be put out"};
   std::map<std::tuple<double, double, int>, std::vector<Places>> grids_;
   long long left_ = 0;  ///< rows of the current kind without their content
   Text first_left_;
@@ -427,98 +396,48 @@ struct Source {
   RowReader rows;
 };
 
-class Merge {
- public:
-  Merge(const fs::path& target, const std::vector<std::unique_ptr<Source>>& sources, Writer& writer)
-      : target_(target), sources_(sources), writer_(writer), own_(writer.database()) {}
+constexpr std::size_t kDateOfRun = 1;  ///< index among the columns of ListedTable
 
-  MergeCounts run() {
-    for (std::size_t i = 0; i < sources_.size(); ++i)
-      for (const auto& [kind, key] : rows_of<std::string, std::string>(
-               sources_[i]->reader.database(),
-               "SELECT kind, key FROM listed WHERE kind <> 'metric' ORDER BY sequence"))
-        take(i, listed_table(kind), key);
-    return std::move(counts_);
-  }
+/// A run that two stores received at two times was stored at both.
+void repeat_run(Writer& writer, const std::string& key, const Cell& date) {
+  if (first_of<int>(writer.database(),
+                    "SELECT 1 FROM run WHERE sha256 = ?1 AND date = ?2 UNION ALL SELECT 1 FROM "
+                    "run_repetition WHERE run_sha256 = ?1 AND date = ?2",
+                    {key, date}))
+    return;
+  const std::string& moment = std::get<std::string>(date);
+  writer.insert("run_repetition", repetition_key(key, moment, 0), key, moment);
+}
 
- private:
-  void take(std::size_t at, const ListedTable& table, const std::string& key) {
-    Source& source = *sources_[at];
-    if (table.name == "blob") {
-      const bool there = writer_.has("blob", key);
-      if (!there) writer_.insert_blob(key, *source.reader.blob(key));
-      ++(there ? counts_.present : counts_.added);
-      return;
+[[nodiscard]] Error contradiction(const ListedTable& table, const std::string& key,
+                                  const Source& source) {
+  return bad_input(
+      fmt::format("two stores contradict each other on {} {}", table.name, key.substr(0, 12)),
+      {.file = source.reader.file().string()},
+      "see what each has by `drape results show`; leave the wrong one out, and import its right "
+      "sheets into a new store");
+}
+
+/// Fills missing values of `ours`; true if there were any. A sheet can have been given to one
+/// store without the files beside it, which is not a contradiction.
+bool combine(const ListedTable& table, const std::string& key, std::vector<Cells>& ours,
+             const std::vector<Cells>& theirs, const Source& source) {
+  if (theirs.empty()) return false;
+  if (ours.size() != theirs.size()) throw contradiction(table, key, source);
+  bool filled = false;
+  for (std::size_t row = 0; row < ours.size(); ++row)
+    for (std::size_t i = 0; i < ours[row].size(); ++i) {
+      Cell& own = ours[row][i];
+      const Cell& other = theirs[row][i];
+      if (own == other || other.is_null()) continue;
+      // The same run can have been stored on two days.
+      if (table.name == "run" && i == kDateOfRun) continue;
+      if (!own.is_null()) throw contradiction(table, key, source);
+      own = other;
+      filled = true;
     }
-    const ListedRows theirs = source.rows.read(table, key, RowReader::Take::rows);
-    if (table.name == "file")
-      return copy_places(theirs.rows, source.reader.file(), target_, writer_);
-    ListedRows ours = own_.read(table, key, RowReader::Take::rows);
-    const bool is_new = ours.count == 0;
-    ++(is_new ? counts_.added : counts_.present);
-    if (ours.sha256 == theirs.sha256) return;
-    std::vector<Cells>& rows = is_new ? (ours.rows = theirs.rows) : ours.rows;
-    if (combine(table, key, rows, theirs.rows, at))
-      counts_.known_better.insert(fmt::format("{} {}", table.name, key));
-    for (std::size_t later = at + 1; later < sources_.size(); ++later)
-      combine(table, key, rows, sources_[later]->rows.read(table, key, RowReader::Take::rows).rows,
-              later);
-    for (const Cells& row : rows)
-      if (is_new && !writer_.insert_row(table, row)) contradict(table, key, at);
-    if (!is_new && table.name == "run") repeat_run(key, theirs.rows.front()[column(table, "date")]);
-  }
-
-  static std::size_t column(const ListedTable& table, const std::string& name) {
-    const auto found = std::find(table.columns.begin(), table.columns.end(), '"' + name + '"');
-    return static_cast<std::size_t>(found - table.columns.begin());
-  }
-
-  /// Fills missing values of `ours`; true if there were any. A sheet can have been given to one
-  /// store without the files beside it, which is not a contradiction.
-  bool combine(const ListedTable& table, const std::string& key, std::vector<Cells>& ours,
-               const std::vector<Cells>& theirs, std::size_t source) const {
-    if (theirs.empty()) return false;
-    if (ours.size() != theirs.size()) contradict(table, key, source);
-    bool filled = false;
-    for (std::size_t row = 0; row < ours.size(); ++row)
-      for (std::size_t i = 0; i < ours[row].size(); ++i) {
-        Cell& own = ours[row][i];
-        const Cell& other = theirs[row][i];
-        if (own == other || other.is_null()) continue;
-        // The same run can have been stored on two days.
-        if (table.name == "run" && i == column(table, "date")) continue;
-        if (!own.is_null()) contradict(table, key, source);
-        own = other;
-        filled = true;
-      }
-    return filled;
-  }
-
-  /// A run that two stores received at two times was stored at both.
-  void repeat_run(const std::string& key, const Cell& date) {
-    if (writer_.value<int>("SELECT 1 FROM run WHERE sha256 = ?1 AND date = ?2 UNION ALL SELECT 1 "
-                           "FROM run_repetition WHERE run_sha256 = ?1 AND date = ?2",
-                           {key, date}))
-      return;
-    const std::string& moment = std::get<std::string>(date);
-    writer_.insert("run_repetition", repetition_key(key, moment, 0), key, moment);
-  }
-
-  [[noreturn]] void contradict(const ListedTable& table, const std::string& key,
-                               std::size_t source) const {
-    throw bad_input(
-        fmt::format("two stores contradict each other on {} {}", table.name, key.substr(0, 12)),
-        {.file = sources_[source]->reader.file().string()},
-        "see what each has by `drape results show`; leave the wrong one out, and import its right "
-        "sheets into a new store");
-  }
-
-  fs::path target_;
-  const std::vector<std::unique_ptr<Source>>& sources_;
-  Writer& writer_;
-  RowReader own_;
-  MergeCounts counts_;
-};
+  return filled;
+}
 
 }  // namespace
 
@@ -532,10 +451,43 @@ MergeCounts merge_stores(const fs::path& target, const std::vector<fs::path>& st
       throw not_as_written(store, altered.front());
     by_manifest.try_emplace(last_manifest(source->reader.database()).sha256, std::move(source));
   }
-  std::vector<std::unique_ptr<Source>> sources;
-  for (auto& [manifest, source] : by_manifest) sources.push_back(std::move(source));
   MergeCounts counts;
-  write_into(target, [&](Writer& writer) { counts = Merge(target, sources, writer).run(); });
+  write_into(target, [&](Writer& writer) {
+    RowReader own(writer.database());
+    for (auto at = by_manifest.begin(); at != by_manifest.end(); ++at)
+      for (const auto& [kind, key] : rows_of<std::string, std::string>(
+               at->second->reader.database(),
+               "SELECT kind, key FROM listed WHERE kind <> 'metric' ORDER BY sequence")) {
+        Source& source = *at->second;
+        if (kind == "blob") {
+          const bool there = writer.has("blob", key);
+          if (!there) writer.insert_blob(key, *source.reader.blob(key));
+          ++(there ? counts.present : counts.added);
+          continue;
+        }
+        const ListedTable& table = listed_table(kind);
+        const auto rows_in = [&, &of = key](RowReader& reader) {
+          return reader.read(table, of, RowReader::Take::rows);
+        };
+        const ListedRows theirs = rows_in(source.rows);
+        if (kind == "file") {
+          copy_places(theirs.rows, source.reader.file(), target, writer);
+          continue;
+        }
+        ListedRows ours = rows_in(own);
+        const bool is_new = ours.count == 0;
+        ++(is_new ? counts.added : counts.present);
+        if (ours.sha256 == theirs.sha256) continue;
+        if (is_new) ours.rows = theirs.rows;
+        if (combine(table, key, ours.rows, theirs.rows, source))
+          counts.known_better.insert(fmt::format("{} {}", kind, key));
+        for (auto later = std::next(at); later != by_manifest.end(); ++later)
+          combine(table, key, ours.rows, rows_in(later->second->rows).rows, *later->second);
+        for (const Cells& row : ours.rows)
+          if (is_new && !writer.insert_row(table, row)) throw contradiction(table, key, source);
+        if (!is_new && kind == "run") repeat_run(writer, key, theirs.rows.front()[kDateOfRun]);
+      }
+  });
   return counts;
 }
 

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <set>
-#include <string>
-#include <vector>
-
 #include "compare/store/store.hpp"
 
 namespace drape::compare {

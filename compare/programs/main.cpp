@@ -1,45 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <map>
-#include <optional>
-
 #include "compare/hems/hem_files.hpp"
-#include "compare/repeats/repeats.hpp"
 #include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
-#include "core/calibration.hpp"
-#include "core/files/files.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
-#include "core/program/run_record.hpp"
 #include "core/program/words.hpp"
-#include "core/run_report.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
 
+namespace fs = std::filesystem;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
-using Scale = std::function<PictureScale(const Silhouette&, const std::filesystem::path&)>;
+using Scale = std::function<PictureScale(const Silhouette&, const fs::path&)>;
 
 /// Arguments of `drape drapemeter`.
 struct DrapemeterArguments {
-  std::vector<std::filesystem::path> inputs, compared;
-  std::optional<std::filesystem::path> out, disc_picture, calibration;
+  std::vector<fs::path> inputs, compared;
+  std::optional<fs::path> out, disc_picture, calibration;
   StandardTest geometry = StandardTest::iso_300;
   std::string camera;
   std::optional<double> disc_m, specimen_m, m_per_px;
-  HemReadOptions read;
-  double plane_z_m = 0, significance = 0.05;
+  double plane_z_m = 0;
   bool disc_hole = false;
   std::optional<std::array<double, 5>> ruler;  ///< x y x y in px, length in mm
+  HemReadOptions read;
+  MatchOptions match;
 };
 
 /// Scale by intersecting a pixel's ray with a horizontal plane: corrects lens and tilt.
@@ -50,7 +39,7 @@ Scale scale_of_camera(const DrapemeterArguments& arguments) {
                     {.file = arguments.calibration->string(), .field = "no_go"}, "calibrate again");
   const Camera camera = calibration.camera(arguments.camera).camera;
   const double z_m = arguments.plane_z_m;
-  return [camera, z_m](const Silhouette& silhouette, const std::filesystem::path& file) {
+  return [camera, z_m](const Silhouette& silhouette, const fs::path& file) {
     const Where where{.file = file.string(), .camera = camera.name};
     if (silhouette.width_px != camera.model.width_px ||
         silhouette.height_px != camera.model.height_px)
@@ -80,7 +69,7 @@ Scale scale_of(const DrapemeterArguments& arguments, double disc_m) {
                       "--calibration");
   if (arguments.calibration) return scale_of_camera(arguments);
   if (arguments.disc_hole) {
-    return [disc_m](const Silhouette& silhouette, const std::filesystem::path& file) {
+    return [disc_m](const Silhouette& silhouette, const fs::path& file) {
       return scale_of_disc(silhouette.hole, silhouette.hole, silhouette.hole, disc_m,
                            file.string());
     };
@@ -97,7 +86,7 @@ Scale scale_of(const DrapemeterArguments& arguments, double disc_m) {
     const std::array<double, 5>& r = *arguments.ruler;
     scale = scale_of_ruler({r[0], r[1]}, {r[2], r[3]}, r[4] * mm);
   }
-  return [scale](const Silhouette&, const std::filesystem::path&) { return scale; };
+  return [scale](const Silhouette&, const fs::path&) { return scale; };
 }
 
 void fields(Fields& f, DrapemeterArguments& a) {
@@ -113,7 +102,7 @@ void fields(Fields& f, DrapemeterArguments& a) {
               a.compared);
   f.otherwise(
       {"significance", "fraction of real repeats that this test would call outside", 1, 0.001, 0.5},
-      a.significance);
+      a.match.significance);
   f({"out", "folder for hems.csv and hems.json"}, a.out);
   f.otherwise({"geometry",
                "disc 180 mm with specimen 240, 300, 360 mm (ISO 9073-9, BS 5058), or 127 with 254 "
@@ -243,7 +232,7 @@ StepFiles named_files(const DrapemeterArguments& arguments) {
   if (arguments.out) files.outputs = {*arguments.out / "hems.csv", *arguments.out / "hems.json"};
   for (const auto* list : {&arguments.inputs, &arguments.compared})
     for (const auto& file : *list)
-      if (!std::filesystem::is_directory(file)) files.inputs.push_back(file);
+      if (!fs::is_directory(file)) files.inputs.push_back(file);
   return files;
 }
 
@@ -264,10 +253,9 @@ std::string next_command(const HemSet& set, const DrapemeterGeometry& geometry,
 int run_drapemeter(const DrapemeterArguments& arguments, std::vector<std::string> words,
                    const CommonOptions& common) {
   const StepFiles named = named_files(arguments);
-  RunRecord record(
-      "drape-compare", std::move(words),
-      arguments.out ? run_record_path(*arguments.out / "hems.json") : std::filesystem::path(),
-      named);
+  RunRecord record("drape-compare", std::move(words),
+                   arguments.out ? run_record_path(*arguments.out / "hems.json") : fs::path(),
+                   named);
   const HemReadOptions options = read_options(arguments, thread_count(common));
   HemSet real = read_hems(arguments.inputs, options);
   HemReadOptions virtual_options = options;
@@ -278,9 +266,7 @@ int run_drapemeter(const DrapemeterArguments& arguments, std::vector<std::string
     refuse_other_kinds(real, compared);
     refuse_copies_of(real, compared);
   }
-  MatchOptions match_options;
-  match_options.significance = arguments.significance;
-  const std::vector<HemMatch> matches = match_hems(real.hems, compared.hems, match_options);
+  const std::vector<HemMatch> matches = match_hems(real.hems, compared.hems, arguments.match);
   for (const auto& inputs : {real.inputs, compared.inputs})
     for (const auto& file : inputs)
       if (std::find(named.inputs.begin(), named.inputs.end(), file) == named.inputs.end())
@@ -290,7 +276,7 @@ int run_drapemeter(const DrapemeterArguments& arguments, std::vector<std::string
     const auto &csv = named.outputs[0], &json = named.outputs[1];
     write_durable(csv, hems_csv(options.geometry, real.hems));
     write_record(json, HemsFile{options.geometry, real.hems, real.refused,
-                                match_options.significance, matches});
+                                arguments.match.significance, matches});
     ending.next_command = next_command(real, options.geometry, shell_word(csv.string()));
   }
   return finish(ending, common, record);
@@ -304,8 +290,8 @@ int drapemeter_command(int argc, char** argv) {
 }
 
 struct RepeatsArguments {
-  std::vector<std::filesystem::path> repeats, compared;
-  std::optional<std::filesystem::path> out;
+  std::vector<fs::path> repeats, compared;
+  std::optional<fs::path> out;
   double significance = 0.05;
 };
 
@@ -324,16 +310,15 @@ void fields(Fields& f, RepeatsArguments& a) {
 }
 
 /// Both files of each sheet, whichever is given.
-std::vector<std::filesystem::path> files_of_sheets(
-    const std::vector<std::filesystem::path>& sheets) {
-  std::vector<std::filesystem::path> files;
-  for (const std::filesystem::path& sheet : sheets)
+std::vector<fs::path> files_of_sheets(const std::vector<fs::path>& sheets) {
+  std::vector<fs::path> files;
+  for (const fs::path& sheet : sheets)
     for (const char* ending : {".ply", ".json"})
-      files.push_back(std::filesystem::path(sheet).replace_extension(ending));
+      files.push_back(fs::path(sheet).replace_extension(ending));
   return files;
 }
 
-std::vector<SheetFile> sheets_of(const std::vector<std::filesystem::path>& files) {
+std::vector<SheetFile> sheets_of(const std::vector<fs::path>& files) {
   std::vector<SheetFile> sheets;
   for (const auto& file : files) sheets.push_back(read_sheet_file(file));
   return sheets;
@@ -345,8 +330,7 @@ int run_repeats(const RepeatsArguments& arguments, std::vector<std::string> word
   for (const auto& file : files_of_sheets(arguments.compared)) files.inputs.push_back(file);
   if (arguments.out) files.outputs = {*arguments.out};
   RunRecord record("drape-compare", std::move(words),
-                   arguments.out ? run_record_path(*arguments.out) : std::filesystem::path(),
-                   files);
+                   arguments.out ? run_record_path(*arguments.out) : fs::path(), files);
   const std::vector<SheetFile> repeats = sheets_of(arguments.repeats);
   const std::vector<SheetFile> compared = sheets_of(arguments.compared);
   require_one_drape(repeats, compared);
@@ -378,9 +362,9 @@ int repeats_command(int argc, char** argv) {
 
 /// Arguments of `drape compare`.
 struct CompareArguments {
-  std::vector<std::filesystem::path> sheets;
-  std::filesystem::path calibration, store, report, acceptance;
-  std::vector<std::filesystem::path> sensitivities, repeats;
+  std::vector<fs::path> sheets;
+  fs::path calibration, store, report, acceptance;
+  std::vector<fs::path> sensitivities, repeats;
   std::vector<std::string> warnings, not_compared;
   RunLabel label;
   Options options;
@@ -483,8 +467,7 @@ int print_ending(const RunReport& report, const Ending& ending, const CommonOpti
 }
 
 /// Records a sensitivity file even if it was left out, since it would be used once made again.
-void record_sensitivity(const std::filesystem::path& file, const Session& session,
-                        RunRecord& record) {
+void record_sensitivity(const fs::path& file, const Session& session, RunRecord& record) {
   for (const auto& [read, sha256] : session.read)
     if (read == file) return;
   record.input(file);
@@ -499,7 +482,7 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
                 const CommonOptions& common) {
   const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
   RunRecord record("drape-compare", command,
-                   primary.empty() ? std::filesystem::path() : run_record_path(primary));
+                   primary.empty() ? fs::path() : run_record_path(primary));
   Progress progress("compare", common.quiet || common.json);
   progress.update(0, "reading sheets");
   const Session session = read_session(arguments.sheets, arguments.calibration, arguments.repeats);
@@ -513,7 +496,7 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
   outcome.store = arguments.store.string();
   outcome.report = arguments.report.string();
   // Completes a store whose creation was interrupted, which a reader would refuse.
-  if (std::filesystem::is_regular_file(arguments.store)) Store(arguments.store).close();
+  if (fs::is_regular_file(arguments.store)) Store(arguments.store).close();
   const auto acceptance = look_at_acceptance(arguments.acceptance, session, outcome, record);
   compare_session(session, arguments.options, outcome);
   progress.update(0.3, "storing");
@@ -523,7 +506,7 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
     record.output(arguments.store);
   }
   progress.update(0.6, "writing the report");
-  const std::filesystem::path folder = arguments.report.parent_path();
+  const fs::path folder = arguments.report.parent_path();
   const RunReport account = account_of(session, outcome, folder.empty() ? "." : folder);
   if (!arguments.report.empty()) {
     for (const auto& file : write_report(arguments.report, account)) record.output(file);

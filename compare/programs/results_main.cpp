@@ -1,29 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cctype>
 #include <deque>
-#include <filesystem>
-#include <map>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "compare/crate/crate.hpp"
-#include "compare/history/results.hpp"
 #include "compare/history/verify.hpp"
 #include "compare/report/report.hpp"
-#include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/store.hpp"
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/program.hpp"
 #include "core/program/words.hpp"
-#include "core/run_report.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 enum class ExportFormat { csv, json, sql, ro_crate };
@@ -37,8 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Arguments of all drape-results commands except those common to them.
+/// Arguments of one command of drape-results, except those common to all.
 struct ResultsArguments {
+  std::string command;
   std::string key, second_key, metric, sql, file;
   std::optional<ExportFormat> format;
   fs::path calibration = {}, signing_key = {}, damaged = {}, lab = {};
@@ -68,14 +55,8 @@ void fields(Fields& f, StoreWords& words) {
   f.otherwise({"csv", "comma-separated values instead of aligned columns"}, words.csv);
 }
 
-/// Arguments of one command.
-struct CommandWords {
-  ResultsArguments arguments;
-  std::string command;
-};
-void fields(Fields& f, CommandWords& words) {
-  ResultsArguments& a = words.arguments;
-  const auto of = [&](auto... names) { return ((words.command == names) || ...); };
+void fields(Fields& f, ResultsArguments& a) {
+  const auto of = [&](auto... names) { return ((a.command == names) || ...); };
   const bool lists = of("list", "tables");
   if (of("show", "why"))
     f(Field{"run",
@@ -478,7 +459,7 @@ int export_store(const StoreReader& reader, const Question& question) {
 }
 
 int sql(const StoreReader& reader, const Question& question) {
-  write(question, reader.answer(question.arguments.sql));
+  write(question, reader.query(question.arguments.sql, {}, StoreReader::Author::person));
   if (!question.common.quiet)
     fmt::print(stderr,
                "unchecked: the rows behind this answer were not hashed; `drape results verify` "
@@ -542,15 +523,11 @@ constexpr Word kCommands[] = {
      import_files},
 };
 
-int answer(const Command& app, const std::deque<CommandWords>& commands, const StoreWords& all,
+int answer(const Command& app, const std::deque<ResultsArguments>& commands, const StoreWords& all,
            const CommonOptions& common) {
-  const auto chosen =
-      static_cast<std::size_t>(std::find_if(commands.begin(), commands.end(),
-                                            [&](const CommandWords& words) {
-                                              return words.command == app.chosen()->name();
-                                            }) -
-                               commands.begin());
-  const Question question{*app.chosen(), commands[chosen].arguments, all, common};
+  std::size_t chosen = 0;
+  while (commands[chosen].command != app.chosen()->name()) ++chosen;
+  const Question question{*app.chosen(), commands[chosen], all, common};
   const Word& command = kCommands[chosen];
   if (command.change != nullptr) return command.change(question);
   const StoreReader reader(all.store);
@@ -573,9 +550,10 @@ int main(int argc, char** argv) {
   app.add_record(all);
   app.require_subcommand(1, 1);
   app.fallthrough();
-  std::deque<CommandWords> commands;
-  for (const Word& word : kCommands)
-    app.add_subcommand(word.name, word.description)
-        ->add_record(commands.emplace_back(CommandWords{{}, word.name}));
+  std::deque<ResultsArguments> commands;
+  for (const Word& word : kCommands) {
+    commands.emplace_back().command = word.name;
+    app.add_subcommand(word.name, word.description)->add_record(commands.back());
+  }
   return run_program(app, argc, argv, common, [&] { return answer(app, commands, all, common); });
 }

@@ -550,7 +550,7 @@ WHERE NOT EXISTS (SELECT 1 FROM comparison AS n WHERE n.measured_sha256 = c.meas
 SELECT v.*, s.run AS run, s.measurement AS measurement, s.cause AS cause, s.match AS match,
   s.state AS state
 FROM v_comparison AS v JOIN ({state}) AS s ON s.comparison_id = v.id
-ORDER BY scene, measured, {finest_first}, branch, comparison)sql",
+{in_order})sql",
     // A pair at the marks of a real cloth is current while both its sheets are compared with it.
     R"sql(CREATE VIEW v_virtual_vs_virtual AS
 SELECT s.scene AS scene, p.label AS pair, p.mean_mm AS mean_dist_mm, p.max_mm AS max_mm,
@@ -696,7 +696,7 @@ std::vector<std::string> surrounding_statements() {
     statements.push_back(fmt::format(fmt::runtime(statement), fmt::arg("state", state_query()),
                                      fmt::arg("sheet_state", sheet_state_query()),
                                      fmt::arg("discretisation", kDiscretisation),
-                                     fmt::arg("finest_first", kFinestFirst)));
+                                     fmt::arg("in_order", kInOrder)));
   statements.push_back("CREATE VIEW v_pictures_last AS\n" + pictures_last("v_run_moment"));
   statements.push_back("CREATE VIEW v_run_last AS\n" + run_last("v_run_moment", "v_pictures_last"));
   statements.push_back("CREATE VIEW v_state AS\n" + state_query() + "\nWHERE d.run IS NOT NULL");

@@ -33,11 +33,11 @@ struct Relation {
 /// SQL for the discretisation "2.5 mm" or "21x21" of a simulation AS s.
 inline constexpr const char* kDiscretisation =
     "coalesce(s.grid_rows || 'x' || s.grid_cols, format('%g mm', s.spacing_mm))";
-/// SQL order of simulations and of v_comparison: own before others', many segments before few, fine
-/// before coarse.
-inline constexpr const char* kFinestFirst =
-    "simulator <> 'drapebench', segments DESC, spacing_mm IS NULL, spacing_mm, grid_rows DESC, "
-    "model, solver, begins DESC";
+/// SQL order of comparisons: own simulations before others', many segments before few, fine before
+/// coarse.
+inline constexpr const char* kInOrder =
+    "ORDER BY scene, measured, simulator <> 'drapebench', segments DESC, spacing_mm IS NULL, "
+    "spacing_mm, grid_rows DESC, model, solver, begins DESC, branch, comparison";
 
 /// Statements that create views, indexes and triggers for existing tables.
 [[nodiscard]] std::vector<std::string> surrounding_statements();

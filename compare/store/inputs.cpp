@@ -3,15 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "compare/drape_input.hpp"
-#include "compare/records/provenance.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
-#include "core/simulation_files.hpp"
-#include "core/units.hpp"
 
 // Files beside a simulated sheet: certificate.json and levels.json.
 
@@ -20,18 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_unchanged(const fs::path& file, const std::string& sha256) {
-  return fs::is_regular_file(file) && sha256_of_file(file) == sha256;
-}
-
-const MeasuredSource& source_of(const DrapeFiles& drape) {
-  return std::get<MeasuredSource>(drape.input.measured.sheet.source);
-}
-
 /// Adds a warning about the measured sheet; the first {} is replaced by its set.
 void warn(Session& session, const DrapeFiles& drape, const char* sentence,
           const std::string& more = {}) {
-  session.warnings.push_back(fmt::format(fmt::runtime(sentence), source_of(drape).set, more));
+  session.warnings.push_back(
+      fmt::format(fmt::runtime(sentence), drape.input.measured.measured().set, more));
 }
 
 /// The recording that the detections were found in; its date when its list is still there.
@@ -40,7 +27,7 @@ void find_recording(DrapeFiles& drape) {
     if (file.filename() != "recording.json") continue;
     drape.recording =
         RecordingId{sha256, std::nullopt, file.parent_path().filename().generic_string()};
-    if (is_unchanged(file, sha256))
+    if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
       drape.recording->recorded_on = read_recording(file.parent_path()).recorded_on;
   }
 }
@@ -61,7 +48,7 @@ void read_detections_beside(DrapeFiles& drape, Session& session) {
                 "no detections.json lies beside the measured sheet of set {}, so there are no "
                 "photographs");
   const std::string sha256 = sha256_of_file(file);
-  if (sha256 != source_of(drape).detections_sha256)
+  if (sha256 != drape.input.measured.measured().detections_sha256)
     return warn(session, drape,
                 "the detections.json beside the measured sheet of set {} is not the file that it "
                 "was made from, so its photographs are left out");
@@ -113,14 +100,6 @@ DrapeFiles read_measured(SheetFile sheet, Session& session) {
   return drape;
 }
 
-/// Throws for a sheet of an earlier run that the list above it no longer names.
-void require_listed(const fs::path& sheet) {
-  if (fs::is_regular_file(sheet.parent_path() / ".." / "branches.json") && !read_made_by(sheet))
-    throw bad_input(
-        "no record says what made this sheet, and branches.json above it does not name it",
-        {.file = sheet.string()}, "leave it out: it is of an earlier run");
-}
-
 std::string entry_text(const Value& value) {
   if (const auto* text = value.get_if<std::string>()) return *text;
   if (const auto* truth = value.get_if<bool>()) return *truth ? "yes" : "no";
@@ -162,16 +141,6 @@ void flatten(const Value& value, const std::string& path, Certificate& certifica
   certificate.entries.emplace_back(path, entry_text(value));
 }
 
-/// Reads certificate.json of any version. Any entry can be absent.
-Certificate read_certificate(const fs::path& file) {
-  const Document document = Document::read(file);
-  require_format(document, format_of<drape::Certificate>);
-  Certificate certificate;
-  certificate.sha256 = document.sha256();
-  flatten(document.root(), "", certificate);
-  return certificate;
-}
-
 /// Throws Error(bad_input) that names the entry if a certificate contradicts the simulated sheet
 /// beside it, since a killed run leaves that of the previous run.
 void require_of_sheet(const Certificate& certificate, const Sheet& sheet, const fs::path& file) {
@@ -198,7 +167,10 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
   simulation.sheet = std::move(sheet);
   const fs::path folder = simulation.sheet.file.parent_path();
   if (const fs::path file = folder / "certificate.json"; fs::is_regular_file(file)) {
-    simulation.certificate = read_certificate(file);
+    const Document document = Document::read(file);  // of any version: each entry can be absent
+    require_format(document, format_of<drape::Certificate>);
+    simulation.certificate = {document.sha256(), {}};
+    flatten(document.root(), "", *simulation.certificate);
     require_of_sheet(*simulation.certificate, simulation.sheet.sheet, file);
     session.read.emplace_back(file, simulation.certificate->sha256);
   }
@@ -213,13 +185,13 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
     simulation.branch = listed->second;
     session.read.emplace_back(listed->first, listed->second.set_sha256);
   }
-  if (!simulation.branch) require_listed(simulation.sheet.file);
+  // A sheet of an earlier run, which the list above it no longer names.
+  if (!simulation.branch && fs::is_regular_file(folder / ".." / "branches.json") &&
+      !read_made_by(simulation.sheet.file))
+    throw bad_input(
+        "no record says what made this sheet, and branches.json above it does not name it",
+        {.file = simulation.sheet.file.string()}, "leave it out: it is of an earlier run");
   return simulation;
-}
-
-void add_simulated(Simulation simulation, DrapeFiles& drape) {
-  drape.simulated_by.push_back(read_made_by(simulation.sheet.file));
-  drape.input.simulations.push_back(std::move(simulation));
 }
 
 void take_scene(DrapeFiles& drape, const fs::path& file, Session& session) {
@@ -227,20 +199,14 @@ void take_scene(DrapeFiles& drape, const fs::path& file, Session& session) {
   drape.input.scene = read_record<Scene>(file);  // as it was used
 }
 
-/// The scene file named by the run record, if it still has the values that the simulation read.
-std::optional<fs::path> scene_file_of(const std::string& scene_sha256,
-                                      const std::optional<StepRecord>& made_by) {
-  if (!made_by) return std::nullopt;
-  for (const auto& [file, sha256] : made_by->inputs)
-    if (sha256 == scene_sha256 && made_by->as_read.contains(file)) return file;
+/// The scene file named by the run record, if it still has the values that the run read; the one
+/// with this hash if given.
+std::optional<fs::path> scene_file_of(const std::optional<StepRecord>& made_by,
+                                      const std::optional<std::string>& scene_sha256 = {}) {
+  if (made_by)
+    for (const auto& [file, sha256] : made_by->inputs)
+      if (sha256 == scene_sha256.value_or(sha256) && made_by->as_read.contains(file)) return file;
   return std::nullopt;
-}
-
-/// The scene with which the marks of a drape without simulations were measured, if unchanged.
-void find_scene_of_marks(DrapeFiles& drape, Session& session) {
-  if (!drape.measured_by) return;
-  for (const auto& [file, sha256] : drape.measured_by->inputs)
-    if (drape.measured_by->as_read.contains(file)) return take_scene(drape, file, session);
 }
 
 /// Finds the scene of each simulation and that of the drape, after all its simulations are known:
@@ -248,11 +214,14 @@ void find_scene_of_marks(DrapeFiles& drape, Session& session) {
 /// Error for a scene that cannot be read.
 void find_scenes(DrapeFiles& drape, Session& session) {
   std::vector<Simulation>& simulations = drape.input.simulations;
-  if (simulations.empty()) return find_scene_of_marks(drape, session);
+  if (simulations.empty()) {
+    if (const auto file = scene_file_of(drape.measured_by)) take_scene(drape, *file, session);
+    return;
+  }
   std::map<std::string, fs::path> files;  // by SHA-256
   for (std::size_t i = 0; i < simulations.size(); ++i) {
     const auto& made_by = drape.simulated_by[i];
-    const auto file = scene_file_of(simulations[i].source().scene_sha256, made_by);
+    const auto file = scene_file_of(made_by, simulations[i].source().scene_sha256);
     if (!file) {
       if (made_by)
         session.warnings.push_back(
@@ -324,15 +293,10 @@ void add_other(const fs::path& file, Session& session) {
 }
 
 void add_virtual_only(Simulation simulation, Session& session) {
-  auto& groups = session.virtual_only;
-  const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
-    return group.front().source().scene == simulation.source().scene;
-  });
-  if (same != groups.end()) {
-    same->push_back(std::move(simulation));
-  } else {
-    groups.push_back({std::move(simulation)});
-  }
+  for (std::vector<Simulation>& group : session.virtual_only)
+    if (group.front().source().scene == simulation.source().scene)
+      return group.push_back(std::move(simulation));
+  session.virtual_only.push_back({std::move(simulation)});
 }
 
 void read_calibration_of(const fs::path& file, Session& session) {
@@ -342,7 +306,7 @@ void read_calibration_of(const fs::path& file, Session& session) {
   session.calibrated_by = read_made_by(file);
   session.read.emplace_back(file, session.calibration_sha256);
   for (const DrapeFiles& drape : session.drapes) {
-    const MeasuredSource& source = source_of(drape);
+    const MeasuredSource& source = drape.input.measured.measured();
     if (source.calibration_sha256 == session.calibration_sha256) continue;
     throw bad_input(
         "the sheet was measured with another calibration (SHA-256 " +
@@ -358,16 +322,6 @@ std::string scene_of(const DrapeFiles& drape) {
     if (!simulation.other_simulator) return simulation.source().scene;
   const auto& own = drape.input.measured.repeat;
   return own ? own->scene : std::string();
-}
-
-/// Throws for a copy, since a drape has one verdict in a run and a copied folder is not another.
-void require_new(const SheetFile& sheet, const Session& session) {
-  for (const DrapeFiles& drape : session.drapes) {
-    if (drape.input.measured.sha256 != sheet.sha256) continue;
-    throw bad_input(
-        "this measured sheet is the same as that of " + drape.input.measured.file.string(),
-        {.file = sheet.file.string()}, "give the sheet once, or move the copied folder away");
-  }
 }
 
 /// Throws if the same marks are given under another name, which is not another laying.
@@ -422,12 +376,19 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
     }
     SheetFile sheet = read_sheet_of(file, session);
     if (sheet.sheet.is_measured()) {
-      require_new(sheet, session);
+      // A drape has one verdict in a run, and a copied folder is not another drape.
+      for (const DrapeFiles& drape : session.drapes)
+        if (const SheetFile& known = drape.input.measured; known.sha256 == sheet.sha256)
+          throw bad_input("this measured sheet is the same as that of " + known.file.string(),
+                          {.file = sheet.file.string()},
+                          "give the sheet once, or move the copied folder away");
       session.drapes.push_back(read_measured(std::move(sheet), session));
     } else if (session.drapes.empty()) {
       add_virtual_only(read_simulated(std::move(sheet), session), session);
     } else {
-      add_simulated(read_simulated(std::move(sheet), session), session.drapes.back());
+      DrapeFiles& drape = session.drapes.back();
+      drape.simulated_by.push_back(read_made_by(file));
+      drape.input.simulations.push_back(read_simulated(std::move(sheet), session));
     }
   }
   if (session.drapes.empty() && session.virtual_only.empty())
@@ -464,7 +425,7 @@ std::vector<std::string> moved_objects(const std::vector<SheetFile>& layings,
     const auto* source = std::get_if<SimulatedSource>(&sheet.sheet.source);
     if (source == nullptr || source->scene_sha256 == first->sha256) continue;
     const auto made_by = read_made_by(sheet.file);
-    const auto file = scene_file_of(source->scene_sha256, made_by);
+    const auto file = scene_file_of(made_by, source->scene_sha256);
     const auto scene = file ? read_simulated_scene(*file, made_by->inputs) : std::nullopt;
     add(sheet, scene ? difference_of(first->surroundings, scene->surroundings)
                      : std::optional<std::string>("its scene file is not there as simulated"));
@@ -497,24 +458,17 @@ void add_sheet(const fs::path& folder, std::vector<fs::path>& sheets, Found& fou
   }
 }
 
-/// Adds a sheet named by a list, which must exist.
-void add_listed(const std::string& name, const fs::path& list, Found& found) {
-  const fs::path sheet =
-      name_inside(list.parent_path(), name, {.file = list.string(), .field = "sheet"});
-  const bool there = fs::is_regular_file(fs::path(sheet).replace_extension(".json"));
-  there ? found.measured.push_back(sheet) : found.gone.push_back(sheet.parent_path());
-}
-
-/// True for a list whose run ended, since its record is removed before anything else changes.
-bool is_whole(const fs::path& list) {
-  return fs::is_regular_file(list) && fs::is_regular_file(run_record_path(list));
-}
-
-/// Adds the branches named by the ensemble's list, whatever an earlier run left.
+/// Adds the branches named by the ensemble's list, whatever an earlier run left. A list without its
+/// record is of a run that did not end.
 void add_extras(const fs::path& drape, Found& found) {
-  if (const fs::path list = drape / "ensemble" / "branches.json"; is_whole(list))
-    for (const ListedBranch& branch : read_record<BranchList>(list).branches)
-      add_listed(branch.sheet, list, found);
+  const fs::path list = drape / "ensemble" / "branches.json";
+  if (!fs::is_regular_file(list) || !fs::is_regular_file(run_record_path(list))) return;
+  for (const ListedBranch& branch : read_record<BranchList>(list).branches) {
+    const fs::path sheet =
+        name_inside(list.parent_path(), branch.sheet, {.file = list.string(), .field = "sheet"});
+    const bool there = fs::is_regular_file(fs::path(sheet).replace_extension(".json"));
+    there ? found.measured.push_back(sheet) : found.gone.push_back(sheet.parent_path());
+  }
 }
 
 void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-recursion)

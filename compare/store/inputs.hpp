@@ -1,16 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <map>
-#include <optional>
-#include <set>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include "compare/compare.hpp"
-#include "compare/records/provenance.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <regex>
 #include <set>
 
@@ -19,6 +18,9 @@
 #include "core/units.hpp"
 
 namespace drape::compare {
+
+namespace fs = std::filesystem;
+
 Cell in_mm(const std::optional<double>& length_m) {
   return length_m ? Cell(*length_m / units::mm) : Cell();
 }
@@ -45,21 +47,20 @@ Cell cell_of(const SQLite::Column& value) {
   return value.getString();
 }
 
-std::vector<Cells> rest_of(SQLite::Statement& statement) {
-  std::vector<Cells> rows;
-  while (statement.executeStep()) {
-    Cells& row = rows.emplace_back();
-    for (int i = 0; i < statement.getColumnCount(); ++i)
-      row.push_back(cell_of(statement.getColumn(i)));
-  }
-  return rows;
+Cells row_of(SQLite::Statement& statement) {
+  Cells row;
+  for (int i = 0; i < statement.getColumnCount(); ++i)
+    row.push_back(cell_of(statement.getColumn(i)));
+  return row;
 }
 
 std::vector<Cells> cells_of(SQLite::Database& database, const std::string& sql,
                             const Cells& parameters) {
   SQLite::Statement statement(database, sql);
   bind_all(statement, parameters);
-  return rest_of(statement);
+  std::vector<Cells> rows;
+  while (statement.executeStep()) rows.push_back(row_of(statement));
+  return rows;
 }
 
 int execute(SQLite::Database& database, const std::string& sql, const Cells& parameters) {
@@ -68,31 +69,18 @@ int execute(SQLite::Database& database, const std::string& sql, const Cells& par
   return statement.exec();
 }
 
-namespace {
-
-/// True for a refused lock, or refused memory shared between programs.
-bool is_lock_refused(int extended) {
-  for (const int code : {SQLITE_IOERR_LOCK, SQLITE_IOERR_RDLOCK, SQLITE_IOERR_UNLOCK,
-                         SQLITE_IOERR_CHECKRESERVEDLOCK, SQLITE_IOERR_SHMLOCK, SQLITE_IOERR_SHMMAP,
-                         SQLITE_IOERR_SHMOPEN, SQLITE_IOERR_SHMSIZE, SQLITE_PROTOCOL})
-    if (extended == code) return true;
-  return false;
-}
-
-}  // namespace
-
 bool is_busy(const SQLite::Exception& exception) {
   const int code = exception.getErrorCode() & 0xFF;
   return code == SQLITE_BUSY || code == SQLITE_LOCKED;
 }
 
-Error not_as_written(const std::filesystem::path& file, const std::string& altered) {
+Error not_as_written(const fs::path& file, const std::string& altered) {
   return bad_input("the results store is not as it was written: " + altered,
                    {.file = file.string()},
                    "see `drape results verify`; `drape results rescue` keeps what is whole");
 }
 
-Error store_error(const std::filesystem::path& file, const SQLite::Exception& exception) {
+Error store_error(const fs::path& file, const SQLite::Exception& exception) {
   const Where where{.file = file.string()};
   const std::string reason = exception.what();
   if (is_busy(exception))
@@ -100,13 +88,15 @@ Error store_error(const std::filesystem::path& file, const SQLite::Exception& ex
         fmt::format("the results store was in use by another program for {} s",
                     std::chrono::duration_cast<std::chrono::seconds>(store_patience).count()),
         where, "wait for the other program and run this one again; nothing stored is lost");
-  if (is_lock_refused(exception.getExtendedErrorCode()))
-    return bad_input("the disk of the results store gives no locks on files: " + reason, where,
-                     "put the store on a local disk, e.g. with --store");
   const struct {
     std::set<int> codes;
     const char *what, *remedy;
   } known[] = {
+      {{SQLITE_IOERR_LOCK, SQLITE_IOERR_RDLOCK, SQLITE_IOERR_UNLOCK, SQLITE_IOERR_CHECKRESERVEDLOCK,
+        SQLITE_IOERR_SHMLOCK, SQLITE_IOERR_SHMMAP, SQLITE_IOERR_SHMOPEN, SQLITE_IOERR_SHMSIZE,
+        SQLITE_PROTOCOL},  // a refused lock, or refused memory shared between programs
+       "the disk of the results store gives no locks on files: ",
+       "put the store on a local disk, e.g. with --store"},
       {{SQLITE_FULL},
        "the results store cannot grow: ",
        "free disk space and run again; nothing already stored is lost"},
@@ -122,7 +112,8 @@ Error store_error(const std::filesystem::path& file, const SQLite::Exception& ex
        "the results store is not as the programs make it: ",
        "run drape results verify; drape results rescue saves what is whole"}};
   for (const auto& [codes, what, remedy] : known)
-    if (codes.contains(exception.getErrorCode() & 0xFF))
+    if (codes.contains(exception.getExtendedErrorCode()) ||
+        codes.contains(exception.getErrorCode() & 0xFF))
       return bad_input(what + reason, where, remedy);
   return internal_error("the results store answered: " + reason, where);
 }
@@ -268,27 +259,22 @@ ListedRows RowReader::read(const ListedTable& table, const std::string& key, Tak
 }
 
 std::string RowReader::alteration(const ListedTable& table, const std::string& key,
-                                  const Listed& listed, long long& count) {
+                                  const Cells& listed, long long& count) {
   const ListedRows found = read(table, key);
   count += found.count;
-  const char* how = listed.sha256.empty() ? " is in no manifest: drapebench did not write it"
-                    : found.count == 0    ? " was deleted"
-                    : found.sha256 != listed.sha256 || found.number != listed.number
-                        ? " was altered"
-                        : "";
-  if (*how == '\0' || (listed.sha256.empty() && found.count == 0)) return {};
-  return fmt::format("{} {}{}", table.name, key.substr(0, 12), how);
+  if (listed.empty() && found.count == 0) return {};
+  if (!listed.empty() && listed[0] == Cell(found.sha256) && listed[1] == found.number) return {};
+  return fmt::format("{} {}{}", table.name, key.substr(0, 12),
+                     listed.empty()     ? " is in no manifest: drapebench did not write it"
+                     : found.count == 0 ? " was deleted"
+                                        : " was altered");
 }
 
 std::string RowReader::alteration(const ListedTable& table, const std::string& key) {
   SQLite::Statement& row = statement(nullptr);
   row.bind(1, key);
   row.bind(2, table.name);
-  Listed listed;
-  if (row.executeStep()) {
-    cell_of(row.getColumn(0)).to(listed.sha256);
-    listed.number = cell_of(row.getColumn(1));
-  }
+  const Cells listed = row.executeStep() ? row_of(row) : Cells();
   row.reset();
   long long count = 0;
   return alteration(table, key, listed, count);
@@ -298,15 +284,12 @@ std::vector<std::string> RowReader::alterations(const ListedTable& table, long l
   std::vector<std::string> found;
   long long count = 0;
   for (const Cells& row : cells_of(
-           database_, "SELECT key, sha256, number FROM listed WHERE kind = ? ORDER BY sequence",
+           database_, "SELECT sha256, number, key FROM listed WHERE kind = ? ORDER BY sequence",
            {table.name})) {
     ++keys;
     std::string key;  // can have any type in a damaged file
-    Listed listed;
-    row[0].to(key);
-    row[1].to(listed.sha256);
-    listed.number = row[2];
-    if (std::string altered = alteration(table, key, listed, count); !altered.empty())
+    row[2].to(key);
+    if (std::string altered = alteration(table, key, row, count); !altered.empty())
       found.push_back(std::move(altered));
   }
   const auto all = first_of<std::int64_t>(database_, "SELECT count(*) FROM " + table.name);
@@ -318,8 +301,6 @@ std::vector<std::string> RowReader::alterations(const ListedTable& table, long l
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::int64_t kLargestBlob = std::int64_t{1} << 30;
 
 std::int64_t size_of(SQLite::Database& database) {
@@ -327,21 +308,10 @@ std::int64_t size_of(SQLite::Database& database) {
          database.execAndGet("PRAGMA page_size").getInt64();
 }
 
-/// Statements of this version by name, such as "view v_run".
-const std::map<std::string, std::string>& own_schema() {
-  static const std::map<std::string, std::string> own = [] {
-    std::map<std::string, std::string> all;
-    const auto add = [&](const std::string& statement) {
-      const std::size_t kind = statement.find(' ') + 1, name = statement.find(' ', kind) + 1;
-      std::string what = statement.substr(kind, statement.find_first_of(" \n(", name) - kind);
-      for (std::size_t i = 0; what[i] != ' '; ++i) what[i] = static_cast<char>(what[i] - 'A' + 'a');
-      all[what] = statement;
-    };
-    for (const Relation& table : relations()) add(table.statement);
-    for (const std::string& statement : surrounding_statements()) add(statement);
-    return all;
-  }();
-  return own;
+/// Statements of the schema, each under its kind and name, such as "view v_run".
+auto schema_of(SQLite::Database& database) {
+  return rows_of<std::string, std::string>(
+      database, "SELECT type || ' ' || name, sql FROM sqlite_master WHERE sql IS NOT NULL");
 }
 
 }  // namespace
@@ -408,10 +378,16 @@ void write_manifest(SQLite::Database& database, const std::vector<ListedKey>& ad
 }
 
 std::vector<std::string> schema_findings(SQLite::Database& database) {
+  static const auto program = [] {
+    SQLite::Database empty(":memory:", SQLite::OPEN_READWRITE);
+    for (const Relation& table : relations()) empty.exec(table.statement);
+    for (const std::string& statement : surrounding_statements()) empty.exec(statement);
+    return schema_of(empty);
+  }();
   std::vector<std::string> findings;
-  std::map<std::string, std::string> missing = own_schema();
-  for (const auto& [what, sql] : rows_of<std::string, std::string>(
-           database, "SELECT type || ' ' || name, sql FROM sqlite_master WHERE sql IS NOT NULL")) {
+  std::map<std::string, std::string> missing;
+  for (const auto& [what, sql] : program) missing[what] = sql;
+  for (const auto& [what, sql] : schema_of(database)) {
     const auto own = missing.find(what);
     if (own == missing.end()) {
       findings.push_back(what + " is not of this program");
@@ -471,64 +447,47 @@ std::optional<std::string> blob_in(SQLite::Database& database, const std::string
 
 namespace {
 
-/// Values of columns that a store of version 1 does not have under these names; it had no ledger,
-/// no number of a comparison and no table calibration_file.
-const std::map<std::string, std::map<std::string, std::string>> kFrom1 = {
-    {"mark_error",
-     {{"comparison_id", "(SELECT id FROM comparison WHERE sha256 = comparison_sha256)"}}},
-    {"simulation", {{"simulator", "'drapebench'"}}}};
+/// Gives a store of version 1 what version 2 had: numbers of comparisons, a simulator, and a table
+/// of calibration files. Its metrics had other definitions, and it had no ledger.
+constexpr const char* kFrom1 = R"sql(DELETE FROM metric;
+ALTER TABLE simulation ADD COLUMN simulator TEXT DEFAULT 'drapebench';
+ALTER TABLE comparison ADD COLUMN id INTEGER;
+UPDATE comparison SET id = (SELECT count(*) FROM comparison AS c WHERE c.sha256 <= comparison.sha256);
+ALTER TABLE mark_error ADD COLUMN comparison_id INTEGER;
+UPDATE mark_error SET comparison_id = (SELECT id FROM comparison WHERE sha256 = comparison_sha256);
+CREATE TABLE calibration_file AS SELECT sha256 AS calibration_sha256, method FROM calibration
+  WHERE method IS NOT NULL)sql";
 
-/// Copies the rows of the old table into the new one, by columns of the same name.
-void copy_rows(SQLite::Database& database, const Relation& table) {
-  std::vector<std::string> names, values;
-  for (const RelationColumn& column : table.columns) {
-    const bool had = first_of<int>(database, "SELECT 1 FROM pragma_table_info(?) WHERE name = ?",
-                                   {"old_" + table.name, column.name})
-                         .has_value();
-    const auto from_1 = kFrom1.find(table.name);
-    const bool made = !had && from_1 != kFrom1.end() && from_1->second.count(column.name) != 0;
-    if (!had && !made) continue;
-    names.push_back('"' + column.name + '"');
-    values.push_back(had ? names.back() : from_1->second.at(column.name));
-  }
-  database.exec(fmt::format("INSERT INTO {0} ({1}) SELECT {2} FROM old_{0}", table.name,
-                            fmt::join(names, ", "), fmt::join(values, ", ")));
-}
-
-/// Creates every table that is absent or differs from today's definition, keeping its rows.
-void make_tables(SQLite::Database& database, int from_version) {
-  std::vector<std::string> changed;
+/// Creates every table that is absent or differs from today's definition, keeping the values of the
+/// columns that both have.
+void make_tables(SQLite::Database& database) {
   for (const Relation& table : relations()) {
     const auto made = first_of<std::string>(
         database, "SELECT sql FROM sqlite_master WHERE type = 'table' AND name = ?", {table.name});
-    if (!made || *made == table.statement) continue;
-    database.exec(fmt::format("ALTER TABLE {0} RENAME TO old_{0}", table.name));
-    changed.push_back(table.name);
+    if (made == table.statement) continue;
+    if (made) database.exec(fmt::format("ALTER TABLE {0} RENAME TO old_{0}", table.name));
+    database.exec(table.statement);
+    if (made)
+      database.exec(fmt::format(
+          "INSERT INTO {0} ({1}) SELECT {1} FROM old_{0}; DROP TABLE old_{0}", table.name,
+          *first_of<std::string>(database,
+                                 "SELECT group_concat('\"' || n.name || '\"') FROM "
+                                 "pragma_table_info(?1) AS n JOIN pragma_table_info('old_' || ?1) "
+                                 "AS o ON o.name = n.name",
+                                 {table.name})));
   }
-  for (const Relation& table : relations())
-    if (!database.tableExists(table.name)) database.exec(table.statement);
-  for (const std::string& table : changed) copy_rows(database, relation(table));
-  if (from_version == 1)
-    database.exec(
-        "INSERT INTO calibration_file SELECT sha256, method FROM old_calibration WHERE method IS "
-        "NOT NULL");
-  for (const std::string& table : changed) database.exec("DROP TABLE old_" + table);
-}
-
-/// Adds missing definitions; existing ones are unchanged.
-void make_metrics(SQLite::Database& database) {
-  for (const Relation& table : relations())
-    for (const RelationColumn& column : table.columns)
-      if (!column.definition.empty())
-        execute(database, "INSERT OR IGNORE INTO metric VALUES (?, ?, ?, ?)",
-                {column.name, column.unit, column.definition, column.better});
 }
 
 /// Creates everything around the tables, and a manifest of all rows except `left_out`, in the order
 /// of `former`, a table like the ledger.
 void complete(SQLite::Database& database, const std::set<ListedKey>& left_out = {},
               const char* former = "listed") {
-  make_metrics(database);
+  // Existing definitions are unchanged.
+  for (const Relation& table : relations())
+    for (const RelationColumn& column : table.columns)
+      if (!column.definition.empty())
+        execute(database, "INSERT OR IGNORE INTO metric VALUES (?, ?, ?, ?)",
+                {column.name, column.unit, column.definition, column.better});
   for (const std::string& statement : surrounding_statements()) database.exec(statement);
   std::vector<ListedKey> all;
   for (const ListedTable& table : listed_tables())
@@ -641,7 +600,7 @@ void take_copies(SQLite::Database& database, const fs::path& file) {
 
 }  // namespace
 
-int version_of(SQLite::Database& database, const std::filesystem::path& file) {
+int version_of(SQLite::Database& database, const fs::path& file) {
   const auto value = [&](const char* sql) { return database.execAndGet(sql).getInt(); };
   const int id = value("PRAGMA application_id"), version = value("PRAGMA user_version");
   if (id == 0 && version == 0 && value("SELECT count(*) FROM sqlite_master") == 0) return 0;
@@ -661,7 +620,7 @@ int version_of(SQLite::Database& database, const std::filesystem::path& file) {
 
 void create_store(SQLite::Database& database) {
   database.exec(fmt::format("PRAGMA application_id = {}", kApplicationId));
-  make_tables(database, store_version());
+  make_tables(database);
   complete(database);
 }
 
@@ -677,10 +636,10 @@ void migrate(SQLite::Database& database, int from_version, const fs::path& file,
            "SELECT 'DROP ' || type || ' \"' || name || '\"' FROM sqlite_master WHERE type IN "
            "('view', 'index', 'trigger') AND sql IS NOT NULL"))
     database.exec(statement);
-  if (from_version == 1) database.exec("DELETE FROM metric");  // under other definitions
+  if (from_version == 1) database.exec(kFrom1);
   // References to a table that is recreated refer to the new one.
   database.exec("PRAGMA legacy_alter_table = ON");
-  make_tables(database, from_version);
+  make_tables(database);
   database.exec("PRAGMA legacy_alter_table = OFF");
   std::set<ListedKey> left_out;
   if (from_version > 1) {

@@ -8,14 +8,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <optional>
-#include <string>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "core/error.hpp"
 
@@ -65,9 +62,9 @@ std::vector<std::tuple<Types...>> typed(const std::vector<Cells>& rows) {
 }
 
 [[nodiscard]] Cell cell_of(const SQLite::Column& value);
+/// The row of a statement that was just executed.
+[[nodiscard]] Cells row_of(SQLite::Statement& statement);
 void bind_all(SQLite::Statement& statement, const Cells& parameters);
-/// The remaining rows of a statement.
-[[nodiscard]] std::vector<Cells> rest_of(SQLite::Statement& statement);
 [[nodiscard]] std::vector<Cells> cells_of(SQLite::Database& database, const std::string& sql,
                                           const Cells& parameters = {});
 /// Rows of a query as tuples, e.g. rows_of<std::string, double>(...).
@@ -141,12 +138,9 @@ class RowReader {
   [[nodiscard]] std::vector<std::string> alterations(const ListedTable& table, long long& keys);
 
  private:
-  struct Listed {
-    std::string sha256;  ///< empty if in no manifest
-    Cell number;
-  };
+  /// `listed`: hash and number in the manifest; empty if in none.
   [[nodiscard]] std::string alteration(const ListedTable& table, const std::string& key,
-                                       const Listed& listed, long long& count);
+                                       const Cells& listed, long long& count);
   SQLite::Statement& statement(const ListedTable* table);
 
   SQLite::Database& database_;

@@ -2,25 +2,14 @@
 #include "compare/store/outcome.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
 #include <charconv>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <map>
-#include <set>
-#include <tuple>
 
-#include "compare/repeats/repeats.hpp"
 #include "compare/tables/match.hpp"
-#include "compare/tables/tables.hpp"
-#include "core/fields/records.hpp"
-#include "core/files/files.hpp"
-#include "core/program/run_record.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 
@@ -44,7 +33,7 @@ std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report
   std::string views;
   if (drape.detections)
     for (const FrameDetections& frame : drape.detections->frames)
-      if (frame.set == std::get<MeasuredSource>(drape.input.measured.sheet.source).set)
+      if (frame.set == drape.input.measured.measured().set)
         views += fmt::format("{}{} {}", views.empty() ? " (with a label: " : ", ", frame.camera,
                              frame.detections.size());
   return fmt::format(
@@ -59,12 +48,12 @@ std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report
 /// Names of the drapes; those of one scene are followed by repeat, set or file.
 std::vector<std::string> labels_of(const std::vector<DrapeFiles>& drapes) {
   using Words = std::string (*)(const SheetFile&);
-  constexpr std::array<Words, 3> kWords{
-      [](const SheetFile& sheet) {
-        return sheet.repeat ? "repeat " + sheet.repeat->name : std::string();
-      },
-      [](const SheetFile& sheet) { return std::get<MeasuredSource>(sheet.sheet.source).set; },
-      [](const SheetFile& sheet) { return sheet.file.string(); }};
+  constexpr std::array<Words, 3> kWords{[](const SheetFile& sheet) {
+                                          return sheet.repeat ? "repeat " + sheet.repeat->name
+                                                              : std::string();
+                                        },
+                                        [](const SheetFile& sheet) { return sheet.measured().set; },
+                                        [](const SheetFile& sheet) { return sheet.file.string(); }};
   std::vector<std::string> labels;
   labels.reserve(drapes.size());
   for (const DrapeFiles& drape : drapes) labels.push_back(drape.input.name());
@@ -110,12 +99,12 @@ std::string Outcome::sentence() const {
 }
 
 void compare_session(const Session& session, const Options& options, Outcome& outcome) {
-  if (!outcome.store.empty() && std::filesystem::weakly_canonical(outcome.store) ==
-                                    std::filesystem::weakly_canonical(outcome.report))
+  if (!outcome.store.empty() &&
+      fs::weakly_canonical(outcome.store) == fs::weakly_canonical(outcome.report))
     throw usage_error("the report would replace the results store", "give another --report");
   for (const auto& [file, sha256] : session.read) {
     std::error_code absent;
-    if (std::filesystem::equivalent(file, outcome.report, absent))
+    if (fs::equivalent(file, outcome.report, absent))
       throw usage_error(
           fmt::format("the report would replace {}, which it is made of", file.string()),
           "give another --report");
@@ -137,23 +126,18 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     if (bad_calibration && !drape.input.measured.sheet.no_go)
       report.no_go.insert(report.no_go.begin(),
                           "the calibration is NO-GO: " + *session.calibration->no_go);
-    const auto& source = std::get<MeasuredSource>(drape.input.measured.sheet.source);
+    const auto& source = drape.input.measured.measured();
     if (const auto why = outcome.not_accepted.find(source.calibration_sha256);
         why != outcome.not_accepted.end())
       report.no_go.insert(report.no_go.begin() + (bad_calibration ? 1 : 0), why->second);
-    const auto reasons = [&](const std::map<std::string, std::string>& known) {
-      std::set<std::string> own;
-      const auto note = [&](const SheetFile& sheet) {
-        if (const auto found = known.find(sheet.sha256); found != known.end())
-          own.insert(found->second);
-      };
-      note(drape.input.measured);
-      std::for_each(drape.input.repeats.begin(), drape.input.repeats.end(), note);
-      return own;
-    };
-    const std::set<std::string> same = reasons(twice), still = reasons(unmoved);
-    report.no_go.insert(report.no_go.end(), same.begin(), same.end());
-    report.warnings.insert(report.warnings.end(), still.begin(), still.end());
+    std::set<std::string> own = {drape.input.measured.sha256};
+    for (const SheetFile& repeat : drape.input.repeats) own.insert(repeat.sha256);
+    for (auto& [reasons, list] : {std::pair(&twice, &report.no_go), {&unmoved, &report.warnings}}) {
+      std::set<std::string> sentences;
+      for (const auto& [sheet, sentence] : *reasons)
+        if (own.contains(sheet)) sentences.insert(sentence);
+      list->insert(list->end(), sentences.begin(), sentences.end());
+    }
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     judge_repeats(drape.input, options, report);
@@ -203,6 +187,10 @@ std::string hash_with(std::string text, const auto& lines) {
 /// Key of a comparison: hash of the sheets' hashes and the version of the metrics.
 std::string comparison_key(const std::vector<std::string>& sheet_hashes) {
   return hash_with(fmt::format("drapebench/comparison/{}\n", metrics_version()), sheet_hashes);
+}
+
+std::string key_of(const DrapeInput& input, const RealVirtual& row) {
+  return comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
 }
 
 void insert_mark(Writer& writer, const std::string& comparison, const MarkError& mark) {
@@ -262,7 +250,7 @@ void insert_drapemeter(Writer& writer, const std::string& sheet, const Drapemete
 void insert_measured(Writer& writer, const SheetFile& file, const Measurement& measurement,
                      const std::optional<RecordingId>& recording) {
   const Sheet& sheet = file.sheet;
-  const auto& source = std::get<MeasuredSource>(sheet.source);
+  const MeasuredSource& source = file.measured();
   insert_calibration(writer, source.calibration_sha256, source.rig);
   if (recording) writer.insert("recording", recording->sha256, recording->recorded_on);
   if (!writer.insert("sheet", file.sha256, "measured", sheet.rows, sheet.cols,
@@ -303,8 +291,7 @@ bool insert_simulated(Writer& writer, const Simulation& simulation) {
 
 bool add_comparison(Writer& writer, const DrapeInput& input, const RealVirtual& row,
                     const std::optional<TurnedDistance>& turned = {}) {
-  const std::string key =
-      comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
+  const std::string key = key_of(input, row);
   const bool fresh = !writer.has("comparison", key);
   if (fresh) insert_comparison(writer, key, input, row);
   if (turned)
@@ -449,9 +436,8 @@ std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) 
     std::set<std::string> runs;
     for (const Simulation& simulation : drape.input.simulations)
       if (!simulation.branch) runs.insert(simulation.run_label());
-    std::string list;
-    for (const std::string& run : runs) list += (list.empty() ? "" : "; ") + run;
-    values.push_back({"simulations", outcome.reports[i].name, list});
+    values.push_back(
+        {"simulations", outcome.reports[i].name, fmt::format("{}", fmt::join(runs, "; "))});
     if (const auto& headline = outcome.reports[i].headline) {
       const RealVirtual& row = outcome.reports[i].real_virtual[*headline];
       const auto& levels = drape.input.simulations[row.simulation].levels;
@@ -482,17 +468,18 @@ namespace {
 
 /// Records that the run is current for its photographs again, after another that was stored since.
 void repeat_run(Writer& writer, int run, const std::string& content, const std::string& date) {
-  const auto last = writer.value<int>("SELECT last_run FROM v_run_last WHERE run = ?", {run});
+  const auto last =
+      first_of<int>(writer.database(), "SELECT last_run FROM v_run_last WHERE run = ?", {run});
   if (!last || *last == run) return;
-  const auto before =
-      writer.value<int>("SELECT count(*) FROM run_repetition WHERE run_sha256 = ?", {content});
+  const auto before = first_of<int>(
+      writer.database(), "SELECT count(*) FROM run_repetition WHERE run_sha256 = ?", {content});
   writer.insert("run_repetition", repetition_key(content, date, *before), content, date);
 }
 
 /// Hash of the photographs of one set, equal if the same pictures were measured.
 std::optional<std::string> pictures_of(const DrapeFiles& drape) {
   if (!drape.detections) return std::nullopt;
-  const std::string& set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
+  const std::string& set = drape.input.measured.measured().set;
   std::set<std::string> hashes;
   for (const FrameDetections& frame : drape.detections->frames)
     if (frame.set == set) hashes.insert(frame.camera + " " + frame.image_sha256);
@@ -506,12 +493,8 @@ std::optional<std::string> given(const std::string& text) {
 /// Identifies the calibration independently of its path, since paths differ between machines.
 std::optional<std::string> calibration_name(const Session& session) {
   if (!session.calibration) return std::nullopt;
-  const Calibration& own = *session.calibration;
-  return fmt::format("{}, {}, {} sets", own.rig, own.method, own.sets.size());
-}
-
-std::string key_of(const DrapeInput& input, const RealVirtual& row) {
-  return comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
+  return fmt::format("{}, {}, {} sets", session.calibration->rig, session.calibration->method,
+                     session.calibration->sets.size());
 }
 
 /// Content hash of a run: all but number, date and warnings. Warnings are left out, since an import
@@ -564,9 +547,8 @@ std::string key_of_run(Writer& writer, const std::string& content, const Session
 void insert_drape(Writer& writer, const std::string& run, const DrapeFiles& drape,
                   const Report& report) {
   const DrapeInput& input = drape.input;
-  const auto& source = std::get<MeasuredSource>(input.measured.sheet.source);
-  Cell headline, expanded_mm, complete, limit_mm;
-  if (report.match.limit_m) limit_mm = *report.match.limit_m / mm;
+  const auto& source = input.measured.measured();
+  Cell headline, expanded_mm, complete;
   if (report.headline) headline = key_of(input, report.real_virtual[*report.headline]);
   if (report.budget) {
     expanded_mm = report.budget->expanded_m / mm;
@@ -576,7 +558,7 @@ void insert_drape(Writer& writer, const std::string& run, const DrapeFiles& drap
                                     source.set, pictures_of(drape), report.go() ? "GO" : "NO-GO",
                                     report.go() ? Cell() : Cell(report.no_go.front()),
                                     std::string(name_of(report.match.match)), report.match.reason,
-                                    headline, expanded_mm, complete, limit_mm);
+                                    headline, expanded_mm, complete, in_mm(report.match.limit_m));
   if (!is_new) throw internal_error("a run has the drape " + report.name + " twice");
   const auto add = [&](const RealVirtual& row) {
     writer.insert("run_comparison", key_of(input, row), run);
@@ -638,7 +620,7 @@ void add_run(Writer& writer, const Session& session, const RunLabel& label, cons
   }
   Cell rig, recording, recording_name;
   for (const DrapeFiles& drape : session.drapes) {
-    rig = std::get<MeasuredSource>(drape.input.measured.sheet.source).rig;
+    rig = drape.input.measured.measured().rig;
     if (!drape.recording) continue;
     recording = drape.recording->sha256;
     recording_name = drape.recording->name;
@@ -679,7 +661,8 @@ void warn_of_removed(Writer& writer, const Session& session, Outcome& outcome) {
 
 /// Warns without storing it, since it is not part of the run's content.
 void warn_of_clock(Writer& writer, const std::string& date, Outcome& outcome) {
-  const auto last = writer.value<std::string>(
+  const auto last = first_of<std::string>(
+      writer.database(),
       "SELECT max(date) FROM (SELECT max(date) AS date FROM run UNION ALL SELECT max(date) FROM "
       "run_repetition)",
       {});
@@ -720,8 +703,7 @@ std::set<std::string> calibrations_of(const Session& session) {
   std::set<std::string> calibrations;
   if (!session.calibration_sha256.empty()) calibrations.insert(session.calibration_sha256);
   for (const DrapeFiles& drape : session.drapes)
-    calibrations.insert(
-        std::get<MeasuredSource>(drape.input.measured.sheet.source).calibration_sha256);
+    calibrations.insert(drape.input.measured.measured().calibration_sha256);
   return calibrations;
 }
 

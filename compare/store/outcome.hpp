@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include "compare/compare.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/store.hpp"
 #include "core/acceptance_file.hpp"

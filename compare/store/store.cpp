@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <regex>
 #include <thread>
 
@@ -17,22 +16,6 @@ namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Creates everything in one transaction, so that a store is either empty or complete.
-void create_tables(SQLite::Database& database, const fs::path& file) {
-  SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-  if (version_of(database, file) > 0) return;  // another program was faster
-  create_store(database);
-  transaction.commit();
-}
-
-void prepare_folder(const fs::path& file) {
-  std::error_code error;
-  if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
-  if (error)
-    throw bad_input("the folder of the results store cannot be made: " + error.message(),
-                    {.file = file.string()}, "name a place that can be written with --store");
-}
 
 /// Throws Error(usage) for anything else than one query.
 void check_read_only(SQLite::Database& database, const std::string& sql) {
@@ -159,7 +142,8 @@ void Writer::insert_file(const std::string& sha256, const std::string& path) {
 }
 
 bool Writer::has(const std::string& table, const std::string& sha256) {
-  if (!value<int>("SELECT 1 FROM " + table + " WHERE sha256 = ?", {sha256})) return false;
+  if (!first_of<int>(database_, "SELECT 1 FROM " + table + " WHERE sha256 = ?", {sha256}))
+    return false;
   known_.emplace(&listed_table(table), sha256);
   return true;
 }
@@ -181,14 +165,18 @@ Store::Store(const fs::path& file) : file_(file) {
     // Only regular files are allowed in place of the store and its log: a pipe would never end.
     for (const char* end : {"", "-wal", "-shm", "-journal"})
       require_replaceable(real_store(file).string() + end);
-    prepare_folder(file);
+    std::error_code error;
+    if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
+    if (error)
+      throw bad_input("the folder of the results store cannot be made: " + error.message(),
+                      {.file = file.string()}, "name a place that can be written with --store");
     // SQLite reports "busy" immediately if waiting could be a deadlock, as in a change of the
     // journal mode: opening is then tried again.
     const auto last = std::chrono::steady_clock::now() + store_patience;
-    for (bool opened = false; !opened;) {
+    for (;;) {
       try {
         open();
-        opened = true;
+        return;
       } catch (const SQLite::Exception& exception) {
         if (!is_busy(exception) || std::chrono::steady_clock::now() > last) throw;
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -204,21 +192,24 @@ void Store::open() {
                                                  SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   SQLite::Database& database = *database_;
   database.setBusyTimeout(static_cast<int>(store_patience.count()));
-  const auto begin = SQLite::TransactionBehavior::DEFERRED;
-  int version = 0;
-  {
-    const SQLite::Transaction snapshot(database, begin);
-    version = version_of(database, file_);
-  }
+  // One statement at a time could see two states of a store that another program creates.
+  const auto version_now = [&](SQLite::TransactionBehavior behavior) {
+    SQLite::Transaction transaction(database, behavior);
+    const int version = version_of(database, file_);
+    if (version > 0 || behavior == SQLite::TransactionBehavior::DEFERRED) return version;
+    create_store(database);
+    transaction.commit();
+    return store_version();
+  };
+  int version = version_now(SQLite::TransactionBehavior::DEFERRED);
   // The mode is kept in the file; requesting it again would need the write lock unnecessarily.
   if (database.execAndGet("PRAGMA journal_mode").getString() != "wal")
     database.execAndGet("PRAGMA journal_mode = WAL").getString();
   database.exec("PRAGMA synchronous = FULL");
-  if (version == 0) create_tables(database, file_);
-  version = version_of(database, file_);
+  if (version == 0) version = version_now(SQLite::TransactionBehavior::IMMEDIATE);
   if (version < store_version()) migrate(database, version, file_);
   database.exec("PRAGMA foreign_keys = ON");
-  const SQLite::Transaction snapshot(database, begin);
+  const SQLite::Transaction snapshot(database, SQLite::TransactionBehavior::DEFERRED);
   std::vector<std::string> findings = schema_findings(database);
   if (findings.empty()) findings.push_back(size_finding(database, real_store(file_)));
   if (!findings.front().empty()) throw not_as_written(file_, findings.front());
@@ -290,48 +281,26 @@ Error StoreReader::refusal(Author author, const std::string& what,
                    "restore it from a backup, or save its rows with: drape results rescue");
 }
 
-Table StoreReader::answer(const std::string& sql) const {
-  return table_of(sql, {}, Author::person);
-}
-
-Table StoreReader::query(const std::string& sql, const Cells& parameters) const {
-  return table_of(sql, parameters, Author::program);
-}
-
-std::vector<Cells> StoreReader::cells(const std::string& sql, const Cells& parameters) const {
-  std::vector<Cells> rows;
-  run(sql, parameters, Author::program,
-      [&](SQLite::Statement& statement) { rows = rest_of(statement); });
-  return rows;
-}
-
-Table StoreReader::table_of(const std::string& sql, const Cells& parameters, Author author) const {
+Table StoreReader::query(const std::string& sql, const Cells& parameters, Author author) const {
   Table table;
-  run(sql, parameters, author, [&](SQLite::Statement& statement) {
-    for (int i = 0; i < statement.getColumnCount(); ++i)
-      table.names.emplace_back(statement.getColumnName(i));
-    table.numeric.assign(table.names.size(), true);
-    std::size_t text = 0;
-    while (statement.executeStep()) {
-      std::vector<std::string> row(table.names.size());
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        const SQLite::Column column = statement.getColumn(static_cast<int>(i));
-        if (column.isText() || column.isBlob()) table.numeric[i] = false;
-        if (!column.isNull())
-          row[i] = column.isFloat() ? fmt::format("{}", column.getDouble()) : column.getString();
-        text += row[i].size() + sizeof(std::string);
-      }
-      if (text > kMostText)
-        throw refusal(author, "the answer is larger than 128 MiB", "ask for less, e.g. with LIMIT");
-      table.add(std::move(row));
+  const std::vector<Cells> found = cells(sql, parameters, author, &table.names);
+  table.numeric.assign(table.names.size(), true);
+  for (const Cells& row : found) {
+    table.add(std::vector<std::string>(row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      row[i].to(table.rows.back()[i]);
+      if (std::holds_alternative<std::string>(row[i])) table.numeric[i] = false;
     }
-  });
+  }
   return table;
 }
 
-void StoreReader::run(const std::string& sql, const Cells& parameters, Author author,
-                      const std::function<void(SQLite::Statement&)>& take) const {
+std::vector<Cells> StoreReader::cells(const std::string& sql, const Cells& parameters,
+                                      Author author, std::vector<std::string>* names) const {
   check_read_only(database_, sql);
+  sqlite3* handle = database_.getHandle();
+  const std::unique_ptr<sqlite3, void (*)(sqlite3*)> until_read(
+      handle, [](sqlite3* one) { sqlite3_progress_handler(one, 0, nullptr, nullptr); });
   try {
     SQLite::Statement statement(database_, sql);
     bind_all(statement, parameters);
@@ -340,11 +309,18 @@ void StoreReader::run(const std::string& sql, const Cells& parameters, Author au
     const auto is_over = [](void* end) {
       return Steady::now() > *static_cast<const Steady::time_point*>(end) ? 1 : 0;
     };
-    sqlite3* handle = database_.getHandle();
     sqlite3_progress_handler(handle, 10000, is_over, &last);  // called every 10,000 steps
-    const std::unique_ptr<sqlite3, void (*)(sqlite3*)> until_taken(
-        handle, [](sqlite3* one) { sqlite3_progress_handler(one, 0, nullptr, nullptr); });
-    take(statement);
+    for (int i = 0; names != nullptr && i < statement.getColumnCount(); ++i)
+      names->emplace_back(statement.getColumnName(i));
+    std::vector<Cells> rows;
+    std::size_t size = 0;
+    while (statement.executeStep()) {
+      for (const Cell& cell : rows.emplace_back(row_of(statement)))
+        if (const auto* text = std::get_if<std::string>(&cell)) size += text->size();
+      if (names != nullptr && size + rows.size() * names->size() * sizeof(std::string) > kMostText)
+        throw refusal(author, "the answer is larger than 128 MiB", "ask for less, e.g. with LIMIT");
+    }
+    return rows;
   } catch (const SQLite::Exception& exception) {
     if (exception.getErrorCode() == SQLITE_INTERRUPT)
       throw refusal(author, fmt::format("the query took longer than {} s", kLongestQuery.count()),
@@ -416,14 +392,6 @@ std::optional<std::string> StoreReader::blob(const std::string& sha256) const {
   } catch (const SQLite::Exception& exception) {
     throw store_error(file_, exception);
   }
-}
-
-std::vector<fs::path> StoreReader::places_of(const std::string& sha256) const {
-  std::vector<fs::path> places;
-  for (const auto& [path] :
-       rows<std::string>("SELECT path FROM file WHERE sha256 = ? ORDER BY path", {sha256}))
-    places.push_back((folder_of(file_) / path).lexically_normal());
-  return places;
 }
 
 }  // namespace drape::compare

@@ -1,15 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <functional>
-#include <map>
-#include <memory>
-#include <optional>
 #include <set>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "compare/schema/schema.hpp"
 #include "compare/store/manifest.hpp"
@@ -45,11 +37,6 @@ class Writer {
   void insert_file(const std::string& sha256, const std::string& path);
 
   [[nodiscard]] bool has(const std::string& table, const std::string& sha256);
-  /// First cell of the first row of a query.
-  template <class T>
-  [[nodiscard]] std::optional<T> value(const std::string& sql, const Cells& parameters) {
-    return first_of<T>(database_, sql, parameters);
-  }
   [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
   [[nodiscard]] SQLite::Database& database() { return database_; }
   /// Throws Error(bad_input) for rows that differ from their manifest.
@@ -115,10 +102,13 @@ class StoreReader {
     return copy_ ? copy_->path() / "store" : file_;
   }
 
+  enum class Author { program, person };  ///< of a statement
   /// Result of one statement that starts with SELECT, WITH, VALUES or EXPLAIN. Throws Error(usage)
-  /// for any other statement or for several, and Error(bad_input) if the store lacks the tables and
-  /// views of this program.
-  [[nodiscard]] Table query(const std::string& sql, const Cells& parameters = {}) const;
+  /// for any other statement or for several. If the store refuses the statement, throws
+  /// Error(usage) for that of a person, otherwise Error(bad_input): the store lacks tables or views
+  /// of this program.
+  [[nodiscard]] Table query(const std::string& sql, const Cells& parameters = {},
+                            Author author = Author::program) const;
 
   /// The same as tuples, e.g. rows<std::string, double>(...).
   template <class... Types>
@@ -127,8 +117,13 @@ class StoreReader {
     return typed<Types...>(cells(sql, parameters));
   }
 
-  /// The same for a statement written by a person: if the store refuses it, throws Error(usage).
-  [[nodiscard]] Table answer(const std::string& sql) const;
+  /// The first column of the same.
+  template <class T>
+  [[nodiscard]] std::vector<T> column(const std::string& sql, const Cells& parameters = {}) const {
+    std::vector<T> values;
+    for (const Cells& row : cells(sql, parameters)) row[0].to(values.emplace_back());
+    return values;
+  }
 
   /// Hashes the rows with these keys in a table (for comparisons and runs including everything
   /// they state) and throws Error(bad_input) if one differs from its manifest. Nothing is
@@ -140,21 +135,17 @@ class StoreReader {
 
   /// Content by its hash (SHA-256); nullopt if the store does not have it.
   [[nodiscard]] std::optional<std::string> blob(const std::string& sha256) const;
-  /// Paths of the content when it was stored.
-  [[nodiscard]] std::vector<std::filesystem::path> places_of(const std::string& sha256) const;
 
   [[nodiscard]] SQLite::Database& database() const { return database_; }
   [[nodiscard]] bool is_of_older_version() const { return is_older_; }
 
  private:
-  enum class Author { program, person };  ///< of a statement
   [[nodiscard]] Error refusal(Author author, const std::string& what,
                               const std::string& remedy) const;
-  [[nodiscard]] std::vector<Cells> cells(const std::string& sql, const Cells& parameters) const;
-  [[nodiscard]] Table table_of(const std::string& sql, const Cells& parameters,
-                               Author author) const;
-  void run(const std::string& sql, const Cells& parameters, Author author,
-           const std::function<void(SQLite::Statement&)>& take) const;
+  /// `names`: names of the columns; an answer with names has a largest size.
+  [[nodiscard]] std::vector<Cells> cells(const std::string& sql, const Cells& parameters,
+                                         Author author = Author::program,
+                                         std::vector<std::string>* names = nullptr) const;
 
   std::filesystem::path file_;
   std::unique_ptr<TemporaryFolder> copy_;
