@@ -70,13 +70,14 @@ static void fields(Fields& f, BudgetLine& line) {
   f({"rectangular", "between two ends instead of normal"}, line.rectangular);
   f({"origin", "source of the value"}, line.origin);
   f({"remedy", "action that lowers it; empty: none"}, line.remedy);
-  f({"own_mm", "bound of its effect where it is the simulation's own error", mm}, line.own_m);
+  f({"own_mm", "bound of its effect where it adds as a whole", mm}, line.own_m);
 }
 
 static void fields(Fields& f, Budget& budget) {
   f({"expanded_mm", "expanded uncertainty U (95 %)", mm, 0}, budget.expanded_m);
-  f({"inputs_mm", "half width of the inputs alone (95 %)", mm, 0}, budget.inputs_m);
-  f({"own_mm", "bound of the simulation's own error", mm, 0}, budget.own_m);
+  f({"inputs_mm", "half width of the contributions without a bound (95 %)", mm, 0},
+    budget.inputs_m);
+  f({"own_mm", "sum of the bounds: mesh, segments, marks without a distance", mm, 0}, budget.own_m);
   f({"lines", "contributions, the largest first"}, budget.lines);
   f({"missing", "contributions that are not known; none: U is complete"}, budget.missing);
 }

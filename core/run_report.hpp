@@ -66,14 +66,14 @@ struct BudgetLine {
   std::string origin;  ///< source of the value
   bool rectangular = false;
   std::string remedy = {};           ///< measure that reduces it; empty if none
-  std::optional<double> own_m = {};  ///< bound of its effect, for the simulation's own error
+  std::optional<double> own_m = {};  ///< bound of its effect, if it adds as a whole
 };
 struct Budget {
   std::vector<BudgetLine> lines;     ///< sorted, largest first
   std::vector<std::string> missing;  ///< unknown contributions, with measures to determine them
   double expanded_m = 0;             ///< U (95 %) of all lines
-  double inputs_m = 0;               ///< of the lines except the simulation's own error
-  double own_m = 0;                  ///< bound of the simulation's own error
+  double inputs_m = 0;               ///< of the lines without a bound
+  double own_m = 0;  ///< sum of the bounds: mesh, segments, marks without a distance
 };
 
 /// A table of formatted cells; `names` include the units. Numbers are right-aligned in text.

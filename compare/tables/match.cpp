@@ -155,6 +155,25 @@ void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs
   if (own->target_m) add_common("the calibration target's own error", target_m);
 }
 
+/// Adds the difference of the mean over all marks of the print from that over the compared ones, as
+/// if these were chosen at random: variance s^2 / n (1 - n / N) of a mean from a finite population.
+/// It adds as a whole, so that fewer marks make no match.
+void add_unmeasured(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const MarkComparison& compared = report.speaks().marks;
+  const std::size_t count = compared.marks.size(),
+                    lacking = input.measured.sheet.gaps.size() + compared.excluded.size();
+  if (lacking == 0 || count < 2) return;
+  std::vector<double> distances_m;
+  for (const MarkError& mark : compared.marks) distances_m.push_back(mark.distance_m);
+  const double n = static_cast<double>(count), all = n + static_cast<double>(lacking);
+  const double u_m = std::sqrt(squares_about_mean(distances_m) / (n - 1) / n * (1 - n / all));
+  inputs.unmeasured = {
+      .what = "marks without a distance",
+      .u_m = u_m,
+      .origin = fmt::format("{} of {}, as if they lacked at random", lacking, count + lacking),
+      .own_m = kNormal * u_m};
+}
+
 /// Adds the effect of one value, or what is missing to compute it.
 void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
                const std::string& absent, const ValueWidth& width, const std::vector<Index>& rows,
@@ -354,7 +373,7 @@ void set_limit(const Options& options, const Report& report, MatchVerdict& verdi
   }
 }
 
-/// Sets the half width of the inputs alone and the bound of the simulation's own error.
+/// Sets the half width of the inputs alone and the sum of the bounds.
 void add_open(Budget& budget) {
   std::vector<BudgetLine> of_inputs;
   budget.own_m = 0;
@@ -553,6 +572,7 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
                               const std::optional<SensitivityFile>& split) {
   BudgetInputs inputs;
   add_measurement(input, report, inputs);
+  add_unmeasured(input, report, inputs);
   if (input.simulations[report.speaks().simulation].other_simulator) {
     inputs.lack(
         "mesh error, scene and fabric values of another simulator: compare a sheet of drape "
@@ -581,6 +601,7 @@ Budget budget_of(const BudgetInputs& inputs) {
   Budget budget;
   budget.missing = inputs.missing;
   budget.lines.push_back({"marks, each by itself", inputs.marks_m, "covariance of each mark"});
+  if (inputs.unmeasured) budget.lines.push_back(*inputs.unmeasured);
   if (inputs.drawn.size() >= kLeastDrawn)
     budget.lines.push_back(
         {"answers beyond first order", beyond_m(inputs.differences_m, inputs.drawn),

@@ -19,7 +19,7 @@ struct InputEffect {
   bool rectangular = false;
   Eigen::MatrixX3d down_m, up_m;
   std::string remedy = {};           ///< measure that reduces it; empty if none
-  std::optional<double> own_m = {};  ///< bound of its effect, for the simulation's own error
+  std::optional<double> own_m = {};  ///< bound of its effect, if it adds as a whole
 };
 
 /// Displacements of the marks in a drape in which all inputs err at once.
@@ -31,6 +31,7 @@ struct DrawnTogether {
 struct BudgetInputs {
   Eigen::MatrixX3d differences_m;  ///< virtual - real of each mark
   double marks_m = 0;  ///< standard uncertainty of the mean from independent errors of the marks
+  std::optional<BudgetLine> unmeasured;  ///< choice of the compared marks among those of the print
   std::vector<InputEffect> effects;
   std::vector<DrawnTogether> drawn;  ///< drapes on the ensemble's mesh
   std::vector<std::string> missing;  ///< unknown contributions, which must not count as zero
@@ -80,8 +81,8 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
 
 /// Verdict on the headline. The limit is the scatter of at least kLeastRepeats real drapes, for
 /// their mean distance, else the tolerance, for the mean distance from the drape's own laying. Open
-/// contributions: 95 % range of the inputs plus the simulation's own error. Also undecided if the
-/// budget lacks a part, or if the value is outside the limit but another branch's within it.
+/// contributions: 95 % range of the inputs plus the bounds that add as a whole. Also undecided if
+/// the budget lacks a part, or if the value is outside the limit but another branch's within it.
 [[nodiscard]] MatchVerdict match_of(const DrapeInput& input, const Options& options,
                                     const Report& report);
 
