@@ -186,11 +186,12 @@ void write_rest(const fs::path& folder, const DrapeLevel& level, const ClothMome
 }
 
 /// Number of positions along an edge of the patch, about `step_m` apart. They include the print's
-/// marks, without interpolation, if a fraction of the pitch divides edge and margin.
+/// marks, without interpolation, if a fraction of the pitch divides edge and margin to a hundredth
+/// of a step, as with sides that are typed to a tenth of a millimetre.
 int places_along(double side_m, double margin_m, double pitch_m, double step_m) {
   const auto divides = [](double part_m, double length_m) {
     const double times = length_m / part_m;
-    return std::abs(times - std::round(times)) < 1e-6;
+    return std::abs(times - std::round(times)) < 0.01;
   };
   const int first = std::max(1, static_cast<int>(std::lround(pitch_m / step_m)));
   for (int parts = first; parts <= 4 * first; ++parts)
