@@ -544,7 +544,7 @@ void judge_by_limit(const DrapeInput& input, const Report& report,
                    "mm",
                    by_repeats ? among(report)->p : std::nullopt,
                    fmt::format("{:.3f} mm are open by the inputs (95 %) and {:.3f} mm by the "
-                               "simulation's own error",
+                               "mesh, segments and marks without a distance",
                                budget.inputs_m / mm, budget.own_m / mm)};
   if (!budget.missing.empty())
     basis.reason += fmt::format("; U lacks {}", fmt::join(budget.missing, "; "));
