@@ -608,7 +608,7 @@ class SessionDesk {
 /// or `gain_db 2 CAMERA`: valid to the end; `q` or end of input: end. It reads from standard error:
 /// `next: ...` when a line is expected, `GO: NAME stored` or `GO: NAME restored` once the set is in
 /// recording.json, `GO: CAMERA has exposure_us = ...`, `NO-GO: reason; to do: ...`, and a line for
-/// each camera that is lost or back.
+/// each camera that is lost or back; with --preview also `picture: CAMERA` for each new picture.
 int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common) {
   RunRecord record("drape-capture", std::move(arguments));
@@ -633,8 +633,10 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
   std::optional<PreviewWriter> screen;
   if (!command.preview.empty()) {
     screen.emplace(cameras, command.preview);
-    options.on_frame = [&screen](std::size_t c, const HostFrame& frame, const CameraHost& host) {
+    options.on_frame = [&screen, &cameras](std::size_t c, const HostFrame& frame,
+                                           const CameraHost& host) {
       screen->show(c, develop(frame, host.pixel_format()), host.settings(), host.wanted());
+      fmt::print(stderr, "picture: {}\n", cameras.cameras[c].name);
     };
   }
   catch_interrupts();

@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 
 namespace drape::console {
+
 namespace {
 
 using units::mm;
@@ -30,10 +31,6 @@ struct Asked {
 };
 
 // ---- calls of the other programs -------------------------------------------------------------
-
-void write_where_new(const fs::path& file, const std::string& text) {
-  if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
-}
 
 Call detect_call(const Bench& bench, const std::string& set) {
   const auto files = bench.session.bench();
@@ -57,10 +54,10 @@ std::vector<Call> object_calls(const Bench& bench, const Drape& drape) {
   for (const ObjectTags& plate : drape.scene.tags) {
     if (!files.is_taken(plate.set)) continue;
     Call call{words_of("object", files.look_file(plate.set), "--calibration",
-                       files.calibration_file(), "--set", plate.set, "--scene",
-                       files.scene_look_file(drape, calls.size()), "--object", plate.object,
-                       "--scene-out", files.scene_look_file(drape, calls.size() + 1), "--out",
-                       files.object_look_file(drape.scene.name, plate.object))};
+                       bench.session.run.calibration(), "--set", plate.set, "--scene",
+                       files.look().scene(drape.scene, calls.size()), "--object", plate.object,
+                       "--scene-out", files.look().scene(drape.scene, calls.size() + 1), "--out",
+                       files.look().object(drape.scene, plate.object))};
     for (const auto& [option, value] : plate.lies())
       call.words.insert(call.words.end(), {option, fmt::format("{}", value)});
     calls.push_back(std::move(call));
@@ -120,7 +117,7 @@ bool can_calibrate(const Bench& bench) {
 }
 
 void require_calibrated(const Bench& bench) {
-  if (const auto why = bench.files.why_superseded(bench.files.calibration_file()))
+  if (const auto why = bench.files.why_superseded(bench.session.run.calibration()))
     throw bad_input("the cameras are not calibrated: " + *why, {}, "calibrate first");
 }
 
@@ -291,7 +288,8 @@ void doctor(Bench& bench, const Asked&) {
     throw bad_input("the cameras are open", {}, "close them, then ask the doctor");
   Call call{words_of("doctor", bench.session.rig_file, "--out", bench.session.out)};
   if (bench.files.calibration())
-    call.words.insert(call.words.end(), {"--calibration", bench.files.calibration_file().string()});
+    call.words.insert(call.words.end(),
+                      {"--calibration", bench.session.run.calibration().string()});
   ask(bench, "doctor", "the cameras", {std::move(call)});
 }
 

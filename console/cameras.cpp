@@ -1,22 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Live cameras: the resident capture, stillness, and marks in its pictures.
+#include "console/cameras.hpp"
+
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
 #include <signal.h>
-#include <sys/inotify.h>
-#include <sys/resource.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <span>
+#include <string_view>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -24,16 +30,249 @@
 #include "console/console.hpp"
 #include "core/files/files.hpp"
 #include "core/program/child.hpp"
+#include "core/statistics/sample.hpp"
 
 namespace drape::console {
 namespace {
 
+// ---- folder in memory --------------------------------------------------------------------------
+
+constexpr std::string_view kName = "drape-bench-";
+constexpr int kAttempts = 10;
+
+/// Opens and locks the folder; negative if another program holds it, or if it is not a folder.
+int locked(const fs::path& folder) {
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (fd >= 0 && ::flock(fd, LOCK_EX | LOCK_NB) == 0) return fd;
+  if (fd >= 0) ::close(fd);
+  return -1;
+}
+
+bool is_ours(int folder) {
+  struct stat seen {};
+  return ::fstat(folder, &seen) == 0 && seen.st_uid == ::geteuid();
+}
+
+/// Removes folders that nobody holds, because their programs were killed.
+void remove_left_behind(const fs::path& place) {
+  std::error_code ignored;
+  std::vector<fs::path> found;
+  for (fs::directory_iterator at(place, ignored), end; at != end; at.increment(ignored))
+    if (at->path().filename().string().starts_with(kName)) found.push_back(at->path());
+  for (const fs::path& folder : found) {
+    const int fd = locked(folder);
+    if (fd < 0) continue;
+    if (is_ours(fd)) fs::remove_all(folder, ignored);
+    ::close(fd);
+  }
+}
+
+}  // namespace
+
+MemoryFolder::MemoryFolder(const fs::path& place) {
+  remove_left_behind(place);
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    std::string name = (place / fmt::format("{}XXXXXX", kName)).string();
+    if (::mkdtemp(name.data()) == nullptr)
+      throw bad_input(fmt::format("cannot be made: {}", std::strerror(errno)), {.file = name},
+                      "free memory, or the disk");
+    path_ = name;
+    lock_ = locked(path_);
+    if (lock_ >= 0 && fs::exists(path_)) return;
+    if (lock_ >= 0) ::close(lock_);  // another program removed it before it was locked
+  }
+  throw internal_error(fmt::format("{} cannot be locked", path_.string()));
+}
+
+MemoryFolder::~MemoryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+  ::close(lock_);
+}
+
+fs::path MemoryFolder::in_memory() {
+  return fs::is_directory("/dev/shm") ? "/dev/shm" : "/tmp";
+}
+
+namespace {
+
+// ---- pictures for the screen -------------------------------------------------------------------
+
+constexpr int kLeastWidth = 80, kMostWidth = 1600;
+constexpr int kJpegQuality = 80;
+constexpr std::size_t kMostPixels = std::size_t{1} << 26;  // largest picture of a recording
+constexpr int kLongestSide = 32767;                        // px; a JPEG has room for 65500
+
+/// Grey levels of a picture; empty if it cannot be read.
+cv::Mat decoded(std::span<const unsigned char> bytes, int more_flags = 0) {
+  const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8UC1,
+                    const_cast<unsigned char*>(bytes.data()));
+  try {
+    if (begins_as_picture(bytes))
+      return cv::imdecode(raw, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION | more_flags);
+  } catch (const cv::Exception&) {
+    // As if it were empty.
+  }
+  return {};
+}
+
+}  // namespace
+
+Picture make_picture(std::span<const unsigned char> bytes, int width_px, bool mark_saturation) {
+  const cv::Mat image = decoded(bytes, cv::IMREAD_ANYDEPTH);
+  if (image.empty() || (image.depth() != CV_8U && image.depth() != CV_16U) ||
+      image.total() > kMostPixels || std::max(image.rows, image.cols) > kLongestSide)
+    throw bad_input("the image cannot be read", {}, "take the set again");
+  const double full = image.depth() == CV_16U ? 65535 : 255;
+  // Sensors with 10 or 12 bits use the high bits of 16.
+  const cv::Mat bright = image >= (image.depth() == CV_16U ? full - 63 : full);
+  const int width = std::min(std::clamp(width_px, kLeastWidth, kMostWidth), image.cols);
+  const cv::Size size(
+      width, std::max(1, static_cast<int>(
+                             std::lround(static_cast<double>(image.rows) * width / image.cols))));
+  cv::Mat small, mask, shown;
+  cv::resize(image, small, size, 0, 0, cv::INTER_AREA);
+  if (small.depth() == CV_16U) small.convertTo(small, CV_8U, 1.0 / 257);
+  shown = small;
+  Picture picture;
+  picture.saturated_fraction =
+      static_cast<double>(cv::countNonZero(bright)) / static_cast<double>(image.total());
+  if (mark_saturation) {
+    cv::cvtColor(small, shown, cv::COLOR_GRAY2BGR);
+    cv::Mat spread;
+    bright.convertTo(spread, CV_32F);
+    cv::resize(spread, spread, size, 0, 0, cv::INTER_AREA);
+    shown.setTo(cv::Scalar(40, 40, 230), spread > 0);
+  }
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", shown, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  picture.jpeg.assign(jpeg.begin(), jpeg.end());
+  return picture;
+}
+
+Picture PictureShelf::picture(const Recording& recording, const FrameSet& set,
+                              const RecordedFrame& frame, int width_px, bool mark_saturation) {
+  const std::string key = fmt::format("{} {} {}", frame.sha256, width_px, mark_saturation);
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = pictures_.find(key); found != pictures_.end()) return found->second;
+  }
+  Picture made = make_picture(read_frame(recording, set, frame), width_px, mark_saturation);
+  const std::lock_guard lock(mutex_);
+  if (bytes_ + made.jpeg.size() > kMostBytes) {
+    pictures_.clear();
+    bytes_ = 0;
+  }
+  if (pictures_.emplace(key, made).second) bytes_ += made.jpeg.size();
+  return made;
+}
+
+namespace {
+
+// ---- stillness ---------------------------------------------------------------------------------
+
+constexpr int kLevels = 256;
+constexpr double kLost_s = 2;  ///< time without a picture
+constexpr double kMedianToSigma = 1.4826;
+using Counts = std::array<std::int64_t, kLevels>;
+
+double grey_contrast(const Grey& image) {
+  Counts counts{};
+  for (const unsigned char level : image.reshaped()) ++counts[level];
+  return counted_quantile(counts, 0.95) - counted_quantile(counts, 0.05);
+}
+
+bool is_same_size(const Grey& a, const Grey& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols();
+}
+
+}  // namespace
+
+StillWatch::StillWatch(std::vector<std::string> cameras, StillOptions options)
+    : cameras_(std::move(cameras)), options_(options) {
+  for (const std::string& camera : cameras_) views_[camera] = {};
+}
+
+bool StillWatch::moved(const Grey& before, const Grey& now) const {
+  if (!is_same_size(before, now)) return true;
+  Counts counts{};
+  const Eigen::MatrixXi change = (now.cast<int>() - before.cast<int>()).cwiseAbs();
+  for (const int levels : change.reshaped()) ++counts[static_cast<std::size_t>(levels)];
+  // Edges are few, so the median is noise; rounding to whole levels has 1/sqrt(12) of a level.
+  const double sigma =
+      std::max(kMedianToSigma * counted_quantile(counts, 0.5), std::sqrt(2.0 / 12.0));
+  const double limit =
+      std::max(options_.changed_contrast * grey_contrast(now), options_.changed_sigmas * sigma);
+  std::int64_t changed = 0;
+  for (int level = 0; level < kLevels; ++level)
+    if (level > limit) changed += counts[static_cast<std::size_t>(level)];
+  return static_cast<double>(changed) > options_.moving_fraction * static_cast<double>(now.size());
+}
+
+bool StillWatch::is_new(const Grey& before, const Grey& now) const {
+  if (!is_same_size(before, now)) return true;
+  const int size = options_.block_px;
+  const double limit = options_.changed_contrast * grey_contrast(now) * size * size;
+  const Eigen::MatrixXi difference = now.cast<int>() - before.cast<int>();
+  int blocks = 0, changed = 0;
+  for (int top = 0; top + size <= difference.rows(); top += size)
+    for (int left = 0; left + size <= difference.cols(); left += size, ++blocks)
+      if (std::abs(difference.block(top, left, size, size).sum()) > limit) ++changed;
+  return changed > options_.new_fraction * blocks;
+}
+
+void StillWatch::see(const std::string& camera, std::span<const unsigned char> bytes, double at_s) {
+  const auto found = views_.find(camera);
+  if (found == views_.end()) return;
+  const cv::Mat image = decoded(bytes);
+  if (image.empty()) return;
+  View& view = found->second;
+  Grey now = Eigen::Map<const Grey>(image.data, image.rows, image.cols);
+  if (moved(view.last, now)) {
+    view.still_since_s = at_s;
+    view.still_pictures = 0;
+  }
+  ++view.still_pictures;
+  view.last = std::move(now);
+  view.seen_s = at_s;
+}
+
+std::map<std::string, double> StillWatch::still_s(double at_s) const {
+  std::map<std::string, double> all;
+  for (const auto& [name, view] : views_)
+    if (at_s - view.seen_s < kLost_s && view.last.size() > 0)
+      all[name] = view.seen_s - view.still_since_s;
+  return all;
+}
+
+bool StillWatch::is_due(double at_s) {
+  int new_views = 0;
+  for (const std::string& name : cameras_) {
+    const View& one = views_[name];
+    if (one.still_pictures < options_.pictures || at_s - one.still_since_s < options_.still_s)
+      return false;
+    if (is_new(one.of_set, one.last)) ++new_views;
+  }
+  const int wanted = std::min(options_.new_views, static_cast<int>(cameras_.size()));
+  const bool ready = new_views >= wanted;
+  if (ready)
+    for (auto& [name, one] : views_) one.of_set = one.last;
+  return ready;
+}
+
+void StillWatch::forget_last_set() {
+  for (auto& [name, view] : views_) {
+    view.of_set = {};
+    view.still_pictures = 0;
+  }
+}
+
+namespace {
+
 constexpr std::size_t kKeptWords = 12;
 constexpr std::size_t kLongestLine = 4096;
-constexpr int kEnding_ms = 5000;  ///< time given to a capture to end before it is killed
-constexpr std::chrono::seconds kAskedFor(3);             ///< an open page asks every second
-constexpr std::chrono::milliseconds kPause(200);         ///< between two detections
-constexpr std::chrono::milliseconds kPauseInVain(1000);  ///< after a detection without a picture
+constexpr int kEnding_ms = 5000;   ///< time given to a capture to end before it is killed
+constexpr double kAskedFor_s = 3;  ///< an open page asks every second
 constexpr int kLowestPriority = 19;
 
 double now_s() {
@@ -72,15 +311,6 @@ std::string comment_of(const std::string& pgm) {
 
 }  // namespace
 
-std::string text_in(const fs::path& folder, Rig rig) {
-  const auto beside = [&](fs::path& file) {
-    if (!file.empty()) file = fs::proximate(fs::absolute(file), fs::absolute(folder));
-  };
-  for (fs::path* file : {&rig.target_file, &rig.print_file, &rig.recording}) beside(*file);
-  for (fs::path& scene : rig.scenes) beside(scene);
-  return text_of(rig);
-}
-
 std::string detect_rig_text(const BenchFiles& bench, const fs::path& folder,
                             const std::map<std::string, std::pair<int, int>>& px) {
   Rig rig;
@@ -107,9 +337,6 @@ class Cameras::Capture {
     const Session& session = cameras.bench_.session;
     words_ = words_of("capture", session.rig_file, "--out", session.recording_folder, "--preview",
                       previews_.path());
-    const int watch = ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
-    if (watch < 0 || ::inotify_add_watch(watch, previews_.path().c_str(), IN_MOVED_TO) < 0)
-      throw internal_error(fmt::format("cannot watch a folder: {}", std::strerror(errno)));
     Pipe lines;
     pid_ = start_child(program_beside("drape"), words_,
                        {.in = keyboard_.reading(),
@@ -118,8 +345,7 @@ class Cameras::Capture {
                         .background = true});
     keyboard_.close_reading();
     lines.close_writing();
-    thread_ =
-        std::thread([this, said = std::move(lines), watch]() mutable { listen(said, watch); });
+    thread_ = std::thread([this, said = std::move(lines)]() mutable { listen(said); });
   }
   /// Ends it like `q`: stored sets become part of the recording.
   ~Capture() {
@@ -160,43 +386,35 @@ class Cameras::Capture {
   }
 
  private:
-  void listen(Pipe& lines, int watch) {
+  void listen(Pipe& lines) {
     std::string text, last;
     while (lines.reading() >= 0) {
-      std::array<pollfd, 2> watched = {{{lines.reading(), POLLIN, 0}, {watch, POLLIN, 0}}};
-      if (::poll(watched.data(), watched.size(), -1) < 0) continue;
-      alignas(inotify_event) std::array<char, 8192> buffer;
-      if (watched[1].revents != 0) {
-        const ssize_t got = ::read(watch, buffer.data(), buffer.size());
-        for (ssize_t at = 0; at < got;) {
-          const auto* event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
-          at += static_cast<ssize_t>(sizeof *event + event->len);
-          const fs::path name = event->len > 0 ? event->name : "";
-          if (name.extension() != ".pgm") continue;
-          std::uint64_t number = 0;
-          {
-            const std::lock_guard lock(mutex_);
-            number = ++numbers_[name.stem()];
-          }
-          cameras_.bench_.session.tell("frame",
-                                       {{"camera", name.stem().string()}, {"number", number}});
-          cameras_.look(name.stem());
+      lines.take(text);
+      for (auto end = text.find('\n'); end != std::string::npos; end = text.find('\n')) {
+        const std::string line = text.substr(0, end), picture = "picture: ";
+        text.erase(0, end + 1);
+        if (line.starts_with(picture)) {
+          show(line.substr(picture.size()));
+        } else {
+          last = line;
+          cameras_.heard(line);
         }
       }
-      if (watched[0].revents != 0) {
-        lines.take(text);
-        for (auto end = text.find('\n'); end != std::string::npos; end = text.find('\n')) {
-          last = text.substr(0, end);
-          text.erase(0, end + 1);
-          cameras_.heard(last);
-        }
-        if (text.size() > kLongestLine) text.clear();
-      }
+      if (text.size() > kLongestLine) text.clear();
     }
-    ::close(watch);
     static_cast<void>(await_child(pid_));
     pid_ = 0;
     cameras_.ended(last);
+  }
+
+  void show(const std::string& camera) {
+    std::uint64_t number = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      number = ++numbers_[camera];
+    }
+    cameras_.bench_.session.tell("frame", {{"camera", camera}, {"number", number}});
+    cameras_.look(camera);
   }
 
   Cameras& cameras_;
@@ -209,106 +427,13 @@ class Cameras::Capture {
   std::thread thread_;
 };
 
-/// Marks in the scaled pictures of live cameras, found repeatedly by `drape detect` while a page
-/// requests them, on a thread of the lowest priority. Thread-safe.
-class Cameras::LiveMarks {
- public:
-  explicit LiveMarks(const Cameras& cameras) : cameras_(cameras), thread_([this] { work(); }) {}
-  ~LiveMarks() {
-    ending_ = true;
-    wake_.notify_all();
-    while (child_ > 0 && ::kill(child_, SIGKILL) != 0) std::this_thread::yield();
-    thread_.join();
-  }
-  LiveMarks(const LiveMarks&) = delete;
-  LiveMarks& operator=(const LiveMarks&) = delete;
-
-  [[nodiscard]] std::shared_ptr<const Detections> look(Surface surface) {
-    const std::lock_guard lock(mutex_);
-    asked_ = Clock::now();
-    surface_ = surface;
-    wake_.notify_all();
-    const auto found = found_.find(surface);
-    return found == found_.end() ? nullptr : found->second;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-
-  void work() {
-    ::setpriority(PRIO_PROCESS, 0, kLowestPriority);  // for this thread, and the programs it starts
-    while (!ending_) {
-      Surface surface = Surface::target;
-      {
-        std::unique_lock lock(mutex_);
-        const auto is_asked = [this] { return ending_ || Clock::now() - asked_ < kAskedFor; };
-        wake_.wait(lock, is_asked);
-        surface = surface_;
-      }
-      std::shared_ptr<const Detections> seen;
-      try {
-        if (!ending_) seen = look_now(surface);
-      } catch (const Error&) {
-        // If a picture cannot be read now, the next one is used.
-      }
-      std::unique_lock lock(mutex_);
-      found_[surface] = seen;
-      wake_.wait_for(lock, seen ? kPause : kPauseInVain, [this] { return ending_.load(); });
-    }
-  }
-
-  [[nodiscard]] std::shared_ptr<const Detections> look_now(Surface surface) {
-    Recording recording{folder_.path() / "recording", "live pictures", {}, {}};
-    FrameSet set{"live", {}};
-    std::map<std::string, std::pair<int, int>> sizes;
-    const auto bench = cameras_.bench_.session.bench();
-    for (const RigCamera& one : bench->rig.cameras) {
-      const std::string& camera = one.name;
-      std::uint64_t number = 0;
-      const std::string pgm = cameras_.newest(camera, number);
-      if (pgm.empty()) continue;
-      const cv::Mat raw(1, static_cast<int>(pgm.size()), CV_8UC1, const_cast<char*>(pgm.data()));
-      const cv::Mat image = cv::imdecode(raw, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-      if (image.empty()) return nullptr;
-      std::vector<unsigned char> png;
-      cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
-      const std::string file = "live/" + camera + ".png";
-      write_inside(recording.folder, file, as_text(png), {.camera = camera});
-      set.frames.push_back({camera, file, sha256_of(png), image.cols, image.rows, {}});
-      sizes[camera] = {image.cols, image.rows};
-    }
-    if (set.frames.empty()) return nullptr;
-    recording.sets.push_back(set);
-    write_recording(recording);
-    write_durable(folder_.path() / "rig.toml", detect_rig_text(*bench, folder_.path(), sizes));
-    const Call call{words_of("detect", recording.folder, "--rig", folder_.path() / "rig.toml",
-                             "--surface", surface == Surface::target ? "target" : "cloth", "--sets",
-                             "live", "--out", folder_.path() / "marks.json", "--threads", 1)};
-    const CallEnd end = run_call(
-        call, [](double, const std::string&) {}, child_);
-    if (end.exit_code > 1) return nullptr;
-    return std::make_shared<const Detections>(read_detections(folder_.path() / "marks.json"));
-  }
-
-  const Cameras& cameras_;
-  MemoryFolder folder_;
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  Clock::time_point asked_ = {};
-  Surface surface_ = Surface::target;  ///< surface requested last
-  std::map<Surface, std::shared_ptr<const Detections>> found_;
-  std::atomic<pid_t> child_ = 0;
-  std::atomic<bool> ending_ = false;
-  std::thread thread_;
-};
-
 Cameras::Cameras(Bench& bench) : bench_(bench) {
   if (bench.session.options.replay) return;
   std::vector<std::string> names;
   const auto files = bench.session.bench();  // holds what is looked through
   for (const RigCamera& camera : files->rig.cameras) names.push_back(camera.name);
   watch_.emplace(names);
-  live_marks_ = std::make_unique<LiveMarks>(*this);
+  live_folder_.emplace();
 }
 
 Cameras::~Cameras() = default;
@@ -332,7 +457,6 @@ void Cameras::close() {
 }
 
 void Cameras::shut() {
-  live_marks_.reset();
   std::unique_ptr<Capture> closing;
   const std::lock_guard lock(capture_mutex_);
   closing.swap(capture_);
@@ -348,16 +472,8 @@ std::string Cameras::taking() const {
   return taking_;
 }
 
-bool Cameras::automatic() const {
-  const std::lock_guard lock(mutex_);
-  return automatic_;
-}
-
 void Cameras::automatic(bool on) {
-  {
-    const std::lock_guard lock(mutex_);
-    automatic_ = on;
-  }
+  automatic_ = on;
   const std::lock_guard lock(watch_mutex_);
   if (on) watch_->forget_last_set();
 }
@@ -467,7 +583,7 @@ Json Cameras::json() const {
   const std::lock_guard lock(mutex_);
   json["ready"] = ready_;
   json["taking"] = taking_;
-  json["automatic"] = automatic_;
+  json["automatic"] = automatic_.load();
   json["words"] = words_;
   json["doctor"] = bench_.session.doctor();
   return json;
@@ -493,7 +609,51 @@ std::optional<LivePicture> Cameras::picture(const std::string& camera, int width
 }
 
 std::shared_ptr<const Detections> Cameras::marks(Surface surface) {
-  return live_marks_ ? live_marks_->look(surface) : nullptr;
+  // One request looks at a time; the others get what was found before.
+  if (const std::unique_lock looks(looking_, std::try_to_lock); live_folder_ && looks) {
+    std::shared_ptr<const Detections> seen;
+    try {
+      seen = marks_now(surface);
+    } catch (const Error&) {
+      // If a picture cannot be read now, the next one is used.
+    }
+    const std::lock_guard lock(mutex_);
+    found_[surface] = seen;
+  }
+  const std::lock_guard lock(mutex_);
+  return found_[surface];
+}
+
+/// Finds the marks by `drape detect` at the lowest priority; null without a picture.
+std::shared_ptr<const Detections> Cameras::marks_now(Surface surface) {
+  const fs::path& folder = live_folder_->path();
+  Recording recording{folder / "recording", "live pictures", {}, {}};
+  FrameSet set{"live", {}};
+  std::map<std::string, std::pair<int, int>> sizes;
+  const auto bench = bench_.session.bench();
+  for (const RigCamera& one : bench->rig.cameras) {
+    const std::string& camera = one.name;
+    std::uint64_t number = 0;
+    const std::string pgm = newest(camera, number);
+    if (pgm.empty()) continue;
+    const cv::Mat image = decoded(bytes_of(pgm));
+    if (image.empty()) return nullptr;
+    const std::string file = "live/" + camera + ".pgm";
+    write_inside(recording.folder, file, pgm, {.camera = camera});
+    set.frames.push_back({camera, file, sha256_of(pgm), image.cols, image.rows, {}});
+    sizes[camera] = {image.cols, image.rows};
+  }
+  if (set.frames.empty()) return nullptr;
+  recording.sets.push_back(set);
+  write_recording(recording);
+  write_durable(folder / "rig.toml", detect_rig_text(*bench, folder, sizes));
+  const Call call{words_of("detect", recording.folder, "--rig", folder / "rig.toml", "--surface",
+                           surface == Surface::target ? "target" : "cloth", "--sets", "live",
+                           "--out", folder / "marks.json", "--threads", 1)};
+  const StepResult end = run_call(
+      call, [](double, const std::string&) {}, [] { return 0; }, kLowestPriority);
+  if (end.exit_code > 1) return nullptr;
+  return std::make_shared<const Detections>(read_detections(folder / "marks.json"));
 }
 
 /// Processes a new picture of a live camera.
@@ -505,7 +665,7 @@ void Cameras::look(const std::string& camera) {
   }
   {
     const std::lock_guard lock(watch_mutex_);
-    if (!takes && now_s() - still_asked_s_ > kAskedFor.count()) return;
+    if (!takes && now_s() - still_asked_s_ > kAskedFor_s) return;
   }
   std::uint64_t number = 0;
   const std::string bytes = newest(camera, number);

@@ -1,36 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/jobs.hpp"
-#include "core/program/words.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <signal.h>
 
 #include <algorithm>
-#include <array>
 #include <exception>
+
+#include "core/program/words.hpp"
 
 namespace drape::console {
 namespace {
 
-constexpr std::size_t kMostOutput = 64U << 20U;
-constexpr std::size_t kMostLine = 4096;
-
-/// Sentence from a program's --json ending.
-std::string sentence_of(const std::string& output, const ChildEnd& end) {
-  if (const auto error = error_printed(output, end.exit_code)) {
+/// Verdict of a program, or why it failed and what to do, from its --json ending.
+std::string sentence_of(const StepResult& end) {
+  if (const auto error = error_printed(end.output, end.exit_code)) {
     std::string text = error->what_failed();
     if (const std::string where = error->where().describe(); !where.empty())
       text += " (" + where + ")";
     return error->what_to_do().empty() ? text : text + "; to do: " + error->what_to_do();
   }
-  const std::size_t begin = output.find('{');
-  const Json json = begin == std::string::npos ? Json() : try_json(output.substr(begin));
+  const Json json = try_json(end.output.substr(std::min(end.output.find('{'), end.output.size())));
   if (json.is_object())
     for (const char* key : {"sentence", "cause"})
       if (const auto found = json.find(key); found != json.end() && found->is_string())
         if (std::string text = *found; !text.empty()) return text;
-  if (end.signal != 0) return fmt::format("ended by signal {}", end.signal);
+  if (!end.fault.empty()) return end.fault;
   return end.exit_code == 0 ? "done" : fmt::format("ended with code {}", end.exit_code);
 }
 
@@ -59,30 +54,23 @@ std::string Call::shown() const {
   return text;
 }
 
-CallEnd run_call(const Call& call, const ChildProgress& progress, std::atomic<pid_t>& child) {
+StepResult run_call(const Call& call, const ChildProgress& progress,
+                    const std::function<int()>& asked_to_end, int niceness) {
   if (call.before) call.before();
-  std::vector<std::string> words = call.words;
-  words.emplace_back("--json");
-  Pipe output, steps;
-  const pid_t pid =
-      start_child(program_beside("drape"), words,
-                  {.out = output.writing(), .progress = steps.writing(), .background = true});
-  child = pid;
-  output.close_writing();
-  steps.close_writing();
-  CallEnd end;
-  std::string lines;
-  while (output.reading() >= 0 || steps.reading() >= 0) {
-    std::array<pollfd, 2> watched = {{{output.reading(), POLLIN, 0}, {steps.reading(), POLLIN, 0}}};
-    if (::poll(watched.data(), watched.size(), -1) < 0) continue;
-    if (watched[0].revents != 0) output.take(end.output, kMostOutput);
-    if (watched[1].revents != 0) steps.take(lines, kMostLine);
-    pass_progress(lines, progress);
-  }
-  child = 0;
-  const ChildEnd ended = await_child(pid);
-  end.exit_code = ended.exit_code;
-  end.sentence = sentence_of(end.output, ended);
+  Step step{.stage = "drape",
+            .what = call.words.front(),
+            .program = program_beside("drape"),
+            .arguments = call.words,
+            .background = true,
+            .niceness = niceness};
+  step.arguments.emplace_back("--json");
+  StepResult end;
+  run_steps(
+      {step}, 1,
+      [&](std::size_t, double fraction, const std::string& now) {
+        if (!now.empty()) progress(fraction, now);
+      },
+      [&](std::size_t, const StepResult& result) { end = result; }, asked_to_end);
   return end;
 }
 
@@ -108,7 +96,6 @@ Jobs::~Jobs() {
     ending_ = true;
   }
   cancelled_ = true;
-  if (const pid_t pid = child_; pid > 0) ::kill(pid, SIGTERM);
   wake_.notify_all();
   thread_.join();
 }
@@ -134,19 +121,16 @@ int Jobs::add(std::string kind, std::string what, std::vector<Call> calls) {
 }
 
 bool Jobs::cancel(int id) {
-  const Job job = find(id);
-  if (job.id == 0 || is_over(job)) return false;
-  if (running_ == id) {
-    cancelled_ = true;
-    if (const pid_t pid = child_; pid > 0) ::kill(pid, SIGTERM);
-    return true;
-  }
-  change(id, [](Job& one) {
+  JobState before = JobState::done;
+  const Job job = change(id, [&](Job& one) {
+    before = one.state;
+    if (before == JobState::running) cancelled_ = true;
+    if (before != JobState::waiting) return;
     one.state = JobState::cancelled;
     one.sentence = "taken back before it began";
   });
-  ended_(find(id));
-  return true;
+  if (before == JobState::waiting) ended_(job);
+  return before == JobState::waiting || before == JobState::running;
 }
 
 std::vector<Job> Jobs::list() const {
@@ -159,27 +143,24 @@ bool Jobs::idle() const {
   return std::all_of(jobs_.begin(), jobs_.end(), is_over);
 }
 
-Job Jobs::find(int id) const {
-  const std::lock_guard lock(mutex_);
-  const auto found =
-      std::find_if(jobs_.begin(), jobs_.end(), [&](const Job& one) { return one.id == id; });
-  return found == jobs_.end() ? Job{} : *found;
-}
-
-void Jobs::change(int id, const std::function<void(Job&)>& how) {
+/// Returns the job as changed; one without id if there is none.
+Job Jobs::change(int id, const std::function<void(Job&)>& how) {
+  Job job;
   {
     const std::lock_guard lock(mutex_);
     const auto found =
         std::find_if(jobs_.begin(), jobs_.end(), [&](const Job& one) { return one.id == id; });
-    if (found == jobs_.end()) return;
+    if (found == jobs_.end()) return job;
     how(*found);
+    job = *found;
   }
-  changed_(find(id));
+  changed_(job);
+  return job;
 }
 
 void Jobs::work() {
   for (;;) {
-    int id = 0;
+    Job job;
     {
       std::unique_lock lock(mutex_);
       const auto next = [this] {
@@ -188,35 +169,32 @@ void Jobs::work() {
       };
       wake_.wait(lock, [&] { return ending_ || next() != jobs_.end(); });
       if (ending_) return;
-      id = next()->id;
-      next()->state = JobState::running;
       cancelled_ = false;
-      running_ = id;
+      job = *next();
+      next()->state = JobState::running;
     }
-    run(id);
-    running_ = 0;
-    ended_(find(id));
+    run(std::move(job));
   }
 }
 
-void Jobs::run(int id) {
-  Job job = find(id);
+void Jobs::run(Job job) {
   std::erase_if(job.calls, [](const Call& call) { return !is_needed(call); });
-  change(id, [&](Job& one) { one.calls = job.calls; });
+  change(job.id, [&](Job& one) { one.calls = job.calls; });
   JobState state = JobState::done;
   std::string sentence, output;
-  for (std::size_t k = 0; k < job.calls.size() && !cancelled_; ++k) {
-    const auto progress = [&](double fraction, const std::string& now) {
-      change(id, [&](Job& one) {
-        one.fraction = (static_cast<double>(k) + fraction) / static_cast<double>(job.calls.size());
-        one.now = now;
-      });
-      // Handles a cancel between the start of a program and the first read of its id.
-      if (const pid_t pid = child_; cancelled_ && pid > 0) ::kill(pid, SIGTERM);
-    };
+  for (std::size_t k = 0; k < job.calls.size() && !cancelled_ && state != JobState::failed; ++k) {
     try {
-      const CallEnd end = run_call(job.calls[k], progress, child_);
-      sentence = end.sentence;
+      const StepResult end = run_call(
+          job.calls[k],
+          [&](double fraction, const std::string& now) {
+            change(job.id, [&](Job& one) {
+              one.fraction =
+                  (static_cast<double>(k) + fraction) / static_cast<double>(job.calls.size());
+              one.now = now;
+            });
+          },
+          [this] { return cancelled_ ? SIGTERM : 0; });
+      sentence = sentence_of(end);
       output = end.output;
       if (end.exit_code == 1) state = JobState::no_go;
       if (end.exit_code > 1) state = JobState::failed;
@@ -224,19 +202,18 @@ void Jobs::run(int id) {
       sentence = error.what();
       state = JobState::failed;
     }
-    if (state == JobState::failed) break;
   }
   if (cancelled_) {
     state = JobState::cancelled;
     sentence = "cancelled; what was finished is kept";
   }
-  change(id, [&](Job& one) {
+  ended_(change(job.id, [&](Job& one) {
     one.state = state;
     one.sentence = sentence;
     one.output = output;
     one.now.clear();
     if (state == JobState::done || state == JobState::no_go) one.fraction = 1;
-  });
+  }));
 }
 
 }  // namespace drape::console

@@ -12,6 +12,7 @@
 
 #include "core/files/json_file.hpp"
 #include "core/program/child.hpp"
+#include "core/program/steps.hpp"
 
 namespace drape::console {
 
@@ -27,17 +28,11 @@ struct Call {
   [[nodiscard]] std::string shown() const;
 };
 
-struct CallEnd {
-  int exit_code = 0;
-  std::string output;    ///< text on standard output
-  std::string sentence;  ///< its verdict, or why it failed and what to do
-};
-
-/// Runs the `drape` beside the running program with these words and --json. The child dies with
-/// this process; `child` is its id while it runs (otherwise 0), so that another thread can end it.
-/// Throws Error(internal) if it cannot be started.
-[[nodiscard]] CallEnd run_call(const Call& call, const ChildProgress& progress,
-                               std::atomic<pid_t>& child);
+/// Prepares the call and runs it by the `drape` beside the running program, with --json. Throws
+/// Error(internal) if it cannot be started.
+[[nodiscard]] StepResult run_call(
+    const Call& call, const ChildProgress& progress = [](double, const std::string&) {},
+    const std::function<int()>& asked_to_end = [] { return 0; }, int niceness = 0);
 
 enum class JobState { waiting, running, done, no_go, failed, cancelled };
 
@@ -74,16 +69,13 @@ class Jobs {
 
  private:
   void work();
-  void run(int id);
-  void change(int id, const std::function<void(Job&)>& how);
-  [[nodiscard]] Job find(int id) const;
+  void run(Job job);
+  Job change(int id, const std::function<void(Job&)>& how);
 
   std::function<void(const Job&)> changed_, ended_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Job> jobs_;
-  std::atomic<pid_t> child_ = 0;
-  std::atomic<int> running_ = 0;  ///< id; 0 if none
   std::atomic<bool> cancelled_ = false;
   bool ending_ = false;
   int next_id_ = 1;

@@ -112,7 +112,6 @@ class Console {
     const std::string& route = request.route;
     const auto asked = [&](const char* name) { return console::asked(request.query, name); };
     const auto width = [&] { return std::atoi(asked("width").c_str()); };
-    const std::string api = "/api/";
     if (route == "/api/do") {
       perform(bench_, request.body);
       return {200, "application/json", "{}"};
@@ -126,16 +125,16 @@ class Console {
       if (!picture) return absent("the camera has sent no picture yet");
       return {200, "image/jpeg", picture->jpeg, {{"X-Facts", picture->facts}}};
     }
-    if (route.starts_with(api) && is_view(route.substr(api.size())))
-      return {200, "application/json",
-              dumped(view(bench_, route.substr(api.size()), request.query))};
+    if (route.starts_with("/api/"))
+      if (const auto json = view(bench_, route.substr(5), request.query))
+        return {200, "application/json", dumped(*json)};
     if (route == "/api/report") {
-      const fs::path file = bench_.files.report_file().replace_extension(".json");
+      const fs::path file = bench_.session.run.report().replace_extension(".json");
       if (!fs::is_regular_file(file)) return absent("there is no report yet");
       return {200, "application/json", read_text(file)};
     }
     if (route == "/report.html") {
-      const fs::path file = bench_.files.report_file();
+      const fs::path file = bench_.session.run.report();
       if (!fs::is_regular_file(fs::symlink_status(file))) return absent("there is no report yet");
       return {200, "text/html; charset=utf-8", read_text(file), {}, kReportPolicy};
     }
@@ -156,7 +155,7 @@ class Console {
     const std::lock_guard lock(state_mutex_);
     if (state_of_ < mine) {
       const std::uint64_t begun = asked_;
-      Json json = view(bench_, "state", {});
+      Json json = view(bench_, "state", {}).value();
       json["report_token"] = report_token_;
       state_ = dumped(json);
       state_of_ = begun;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "console/pictures.hpp"
+#include "console/cameras.hpp"
 
 #include <gtest/gtest.h>
 

@@ -248,7 +248,7 @@ Json set_json(const Bench& bench, const BenchFiles& rig, const std::string& set)
 Json calibration_json(const Files& files) {
   const auto now = files.calibration();
   if (!now) return {};
-  Json json = ending_of(files.calibration_file());
+  Json json = ending_of(bench.session.run.calibration());
   json["sets"] = now->sets;
   json["no_go"] = optional_json(now->no_go);
   json["cameras"] = list_of(now->cameras, [](const CalibratedCamera& one) -> Json {
@@ -323,7 +323,7 @@ Json drape_json(const Bench& bench, const Drape& one, const Json& distances, boo
     return {{"set", laying.set}, {"repeat", laying.repeat}, {"face", laying.face}};
   });
   json["plates"] = list_of(one.scene.tags, [&](const ObjectTags& plate) {
-    Json item = stage_of(files, files.object_look_file(name, plate.object)).made;
+    Json item = stage_of(files, files.look().object(one.scene, plate.object)).made;
     if (item.is_null()) item = {{"verdict", ""}, {"sentence", ""}};
     item["object"] = plate.object;
     item["set"] = plate.set;
@@ -369,7 +369,7 @@ Json state_view(Bench& bench, const Query&) {
     for (const std::string& set : session.sets_of(one))
       json["sets"].push_back(set_json(bench, *rig, set));
   json["calibration"] = calibration_json(files);
-  const Stage calibration = stage_of(files, files.calibration_file());
+  const Stage calibration = stage_of(files, bench.session.run.calibration());
   json["calibration_superseded"] = calibration.superseded;
   json["next"] = next_of_calibration(bench, calibration);
   json["drapes"] = Json::array();
@@ -379,9 +379,9 @@ Json state_view(Bench& bench, const Query&) {
     json["drapes"].push_back(drape_json(bench, one, distances, !calibration.made.is_null()));
     reported = reported && json["drapes"].back()["result_superseded"].is_null();
   }
-  json["report"] = fs::is_regular_file(files.report_file());
+  json["report"] = fs::is_regular_file(bench.session.run.report());
   json["report_superseded"] = !reported;
-  json["report_stamp"] = stamp_of(files.report_file().replace_extension(".json"));
+  json["report_stamp"] = stamp_of(bench.session.run.report().replace_extension(".json"));
   json["jobs"] = list_of(bench.jobs.list(), [](const Job& job) { return job.json(); });
   json["log"] = session.log.last(kShownEntries);
   json["log_entries"] = session.log.size();
@@ -514,7 +514,7 @@ Json history_view(Bench& bench, const Query& query) {
   const auto wanted =
       static_cast<std::size_t>(std::max(1, std::atoi(asked(query, "page").c_str())));
   const std::size_t page = std::min(wanted, pages), first = (page - 1) * kRunsOnAPage;
-  Json json = {{"store", bench.files.store_file().string()},
+  Json json = {{"store", bench.session.run.store().string()},
                {"page", page},
                {"pages", pages},
                {"total", runs.size()},
@@ -594,12 +594,9 @@ std::string asked(const Query& query, const char* name) {
   return found == query.end() ? std::string() : found->second;
 }
 
-bool is_view(const std::string& name) {
-  return views().contains(name);
-}
-
-Json view(Bench& bench, const std::string& name, const Query& query) {
-  return views().at(name)(bench, query);
+std::optional<Json> view(Bench& bench, const std::string& name, const Query& query) {
+  const auto found = views().find(name);
+  return found == views().end() ? std::nullopt : std::optional(found->second(bench, query));
 }
 
 Json coach_view(const Bench& bench) {

@@ -375,17 +375,33 @@ void check_cameras_and_stages(const Rig& rig, bool is_good, BenchCheck& check) {
     check.add(file, "calibration.stage.0.z_mm", "no stage has z_mm = 0",
               "the target's reference pose is the world: its stage has z_mm = 0, the others count "
               "from there");
-  std::map<std::string, std::string> used;
-  const auto use = [&](const std::string& set, const std::string& what, const std::string& field) {
-    const auto [other, fresh] = used.emplace(set, what);
-    if (!fresh)
-      check.add(file, field,
-                fmt::format("set `{}` is listed as {} and as {}", set, other->second, what),
-                "name each set once");
+}
+
+/// Finds sets that show two things.
+void check_sets(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
+  std::map<std::string, std::string> shown;
+  const auto use = [&](const std::string& set, const std::string& what, const Document& file,
+                       const std::string& path) {
+    const auto [first, is_new] = shown.emplace(set, what);
+    if (!is_new)
+      check.add(file, path, fmt::format("set `{}` shows {} and {}", set, first->second, what),
+                "each stage, free pose, drape and repeat has a set of its own");
   };
   for (std::size_t i = 0; i < rig.stages.size(); ++i)
-    use(rig.stages[i].set, "stage", fmt::format("calibration.stage.{}.set", i));
-  for (const std::string& pose : rig.free_poses) use(pose, "free pose", "calibration.free_poses");
+    use(rig.stages[i].set, "the target (stage)", rig.document,
+        fmt::format("calibration.stage.{}.set", i));
+  for (const std::string& pose : rig.free_poses)
+    use(pose, "the target (free pose)", rig.document, "calibration.free_poses");
+  for (const Scene& scene : scenes)
+    if (!scene.set.empty()) use(scene.set, "drape " + scene.name, scene.document, "set");
+  for (std::size_t i = 0; i < rig.repeats.size(); ++i) {
+    const std::string &set = rig.repeats[i].set, own = "drape " + rig.repeats[i].scene;
+    const auto found = shown.find(set);
+    if (found != shown.end() && found->second == own)
+      found->second = "a repeat of " + own;  // the rig may name the own laying once
+    else
+      use(set, "a repeat of " + own, rig.document, fmt::format("repeat.{}.set", i));
+  }
 }
 
 void check_tags(const Target& target, const Print& print, BenchCheck& check) {
@@ -412,12 +428,10 @@ void check_plates(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& 
 }
 
 void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
-  std::map<std::string, const Scene*> names, sets;
-  std::set<std::string> of_target(rig.free_poses.begin(), rig.free_poses.end());
-  for (const TargetStage& stage : rig.stages) of_target.insert(stage.set);
+  std::set<std::string> names;
   for (const Scene& scene : scenes) {
     const Document& file = scene.document;
-    if (!names.emplace(scene.name, &scene).second)
+    if (!names.insert(scene.name).second)
       check.add(file, "name", fmt::format("two scenes are called `{}`", scene.name),
                 "give each scene its own name");
     if (is_name_of_a_run(scene.name))
@@ -426,38 +440,20 @@ void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, Ben
           fmt::format("`{}` is a name of a run's own files, beside which the drape's folder stands",
                       scene.name),
           "give the drape another name");
-    if (scene.set.empty()) {
-      if (!rig.file.empty())
-        check.add(file, "set", "the scene names no frame set",
-                  "add `set = \"...\"`: the set of the recording that shows this drape");
-      continue;
-    }
-    const auto [other, fresh] = sets.emplace(scene.set, &scene);
-    if (!fresh)
-      check.add(
-          file, "set",
-          fmt::format("set `{}` is also the one of {}", scene.set, other->second->file.string()),
-          "each drape has a set of its own");
-    if (of_target.contains(scene.set))
-      check.add(file, "set", fmt::format("set `{}` shows the target", scene.set),
-                "name the set that shows this drape");
+    if (scene.set.empty() && !rig.file.empty())
+      check.add(file, "set", "the scene names no frame set",
+                "add `set = \"...\"`: the set of the recording that shows this drape");
   }
+  check_sets(rig, scenes, check);
 }
 
-/// Checks that repeats name existing scenes, and that no set or name occurs twice.
+/// Checks that repeats name existing scenes, and that no name occurs twice.
 void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
-  std::map<std::string, std::string> users;  // first use of each set
-  for (const TargetStage& stage : rig.stages) users[stage.set] = "a target stage";
-  for (const std::string& pose : rig.free_poses) users[pose] = "a free pose";
   std::vector<std::string> known;
-  for (const Scene& scene : scenes) {
-    users[scene.set] = "scene " + scene.name;
-    known.push_back(scene.name);
-  }
+  for (const Scene& scene : scenes) known.push_back(scene.name);
   std::map<std::pair<std::string, std::string>, std::string> names;
   for (std::size_t i = 0; i < rig.repeats.size(); ++i) {
     const DrapeRepeat& one = rig.repeats[i];
-    const std::string own = "scene " + one.scene;
     const auto refuse = [&](const char* key, const std::string& what, const char* remedy) {
       check.add(rig.document, fmt::format("repeat.{}.{}", i, key), what, remedy);
     };
@@ -468,11 +464,6 @@ void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck&
              "give the `name` of one of its scenes");
       continue;
     }
-    const auto [user, fresh] = users.emplace(one.set, "a repeat of " + own);
-    if (!fresh && user->second != own)
-      refuse("set", fmt::format("set `{}` is also the one of {}", one.set, user->second),
-             "each laying of a cloth has a set of its own");
-    if (!fresh) user->second = "a repeat of " + own;  // the rig may name the own laying once
     const auto [other, first] = names.emplace(std::pair{one.scene, one.repeat}, one.set);
     if (!first)
       refuse("repeat",

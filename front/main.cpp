@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/fields/records.hpp"
+#include "core/files/json_file.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/words.hpp"
@@ -95,66 +96,50 @@ int new_command(int argc, char** argv) {
 /// One location of a key: "scene.toml", "pin.at_material_mm", its meaning and range.
 struct KeyPlace {
   std::string file, path, meaning;
+
+  bool operator==(const KeyPlace&) const = default;
 };
 
-template <class T>
-std::string text_of(const Value& schema, std::string_view member) {
-  const Value* found = schema.find(member);
-  const T* value = found == nullptr ? nullptr : found->get_if<T>();
-  return value == nullptr ? std::string() : fmt::format("{}", *value);
-}
-
 /// Meaning and allowed values of a key.
-std::string meaning_of(const Value& schema) {
-  std::string text = text_of<std::string>(schema, "description");
-  const std::string least = text_of<double>(schema, "minimum");
-  const std::string most = text_of<double>(schema, "maximum");
+std::string meaning_of(const Json& schema) {
+  std::string text = schema.value("description", "");
+  const auto limit = [&](const char* key) {
+    return schema.contains(key) ? fmt::format("{}", schema[key].get<double>()) : std::string();
+  };
+  const std::string least = limit("minimum"), most = limit("maximum");
   if (!least.empty() && !most.empty())
     text += fmt::format("; {} to {}", least, most);
   else if (!least.empty())
     text += fmt::format("; at least {}", least);
   else if (!most.empty())
     text += fmt::format("; at most {}", most);
-  if (const Value* words = schema.find("enum"))
-    if (const auto* list = words->get_if<Value::List>()) {
-      std::vector<std::string> all;
-      for (const Value& word : *list)
-        if (const auto* one = word.get_if<std::string>()) all.push_back("\"" + *one + "\"");
-      text += fmt::format("; {}", fmt::join(all, ", "));
-    }
-  return text;
+  std::vector<std::string> words;
+  for (const Json& word : schema.value("enum", Json::array()))
+    if (word.is_string()) words.push_back(word.dump());
+  return words.empty() ? text : fmt::format("{}; {}", text, fmt::join(words, ", "));
 }
 
 /// Collects the keys under a part of a schema, in lists and alternatives too.
-void collect(const Value& schema, const std::string& file, const std::string& path,
+void collect(const Json& schema, const std::string& file, const std::string& path,
              std::vector<KeyPlace>& places) {
-  if (const Value* properties = schema.find("properties"))
-    if (const auto* table = properties->get_if<Value::Table>())
-      for (const auto& [key, value] : *table) {
-        const std::string below = path.empty() ? key : path + "." + key;
-        std::string meaning = meaning_of(value);
-        if (const Value* any = value.find("anyOf"); any != nullptr && meaning.empty())
-          if (const auto* list = any->get_if<Value::List>(); list != nullptr && !list->empty())
-            meaning = meaning_of(list->front());
-        const KeyPlace place{file, below, meaning};
-        const auto is_same = [&](const KeyPlace& one) {
-          return one.file == file && one.path == below && one.meaning == meaning;
-        };
-        if (std::none_of(places.begin(), places.end(), is_same)) places.push_back(place);
-        collect(value, file, below, places);
-      }
-  if (const Value* items = schema.find("items")) collect(*items, file, path, places);
+  const Json properties = schema.value("properties", Json::object());
+  for (const auto& [key, value] : properties.items()) {
+    KeyPlace place{file, path.empty() ? key : path + "." + key, meaning_of(value)};
+    if (place.meaning.empty() && value.contains("anyOf"))
+      place.meaning = meaning_of(value["anyOf"][0]);
+    if (std::find(places.begin(), places.end(), place) == places.end()) places.push_back(place);
+    collect(value, file, place.path, places);
+  }
+  if (schema.contains("items")) collect(schema["items"], file, path, places);
   for (const char* several : {"anyOf", "oneOf", "allOf"})
-    if (const Value* all = schema.find(several))
-      if (const auto* list = all->get_if<Value::List>())
-        for (const Value& one : *list) collect(one, file, path, places);
+    for (const Json& one : schema.value(several, Json::array())) collect(one, file, path, places);
 }
 
 template <class Record>
 void collect_format(std::vector<KeyPlace>& places) {
   Record record{};
   const Value schema = schema_of(format_of<Record>, walk_through(record));
-  collect(schema, std::string(format_of<Record>.name) + ".toml", "", places);
+  collect(try_json(one_line(schema)), std::string(format_of<Record>.name) + ".toml", "", places);
 }
 
 /// `drape help key NAME`: prints the meaning of a key in files that people edit, from the

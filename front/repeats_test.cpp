@@ -101,7 +101,7 @@ TEST(Repeats, AreMeasuredButTheDrapeIsSimulatedOnce) {
   const Plan plan = make_plan(options);
   int measured = 0, simulated = 0;
   for (const Group& group : plan.groups)
-    for (const Step& step : group.steps) {
+    for (const RunStep& step : group.steps) {
       measured += step.stage == "triangulate";
       simulated += step.stage == "simulate" && step.drape == "C";
       if (step.drape != "C, repeat 2" || step.stage != "triangulate") continue;

@@ -16,6 +16,7 @@
 #include "core/program/run_record.hpp"
 #include "core/program/words.hpp"
 #include "core/rig.hpp"
+#include "core/run_folder.hpp"
 #include "core/run_report.hpp"
 #include "core/scene.hpp"
 #include "core/simulation_files.hpp"
@@ -33,53 +34,24 @@ constexpr const char* kMadeByRun = "# Made by `drape run`";
 struct Drape {
   Scene scene;
   fs::path folder;
-  std::vector<DrapeRepeat> repeats;  ///< includes the scene's own laying only if the rig names it
+  std::vector<Laying> layings;
 
-  /// The scene with objects located by the first `plates` plates.
-  [[nodiscard]] fs::path scene_file(std::size_t plates) const {
-    return plates == 0 ? scene.file
-                       : folder / fmt::format("scene_{}.toml", scene.tags[plates - 1].object);
-  }
-  /// The scene to simulate.
-  [[nodiscard]] std::string scene_file() const { return scene_file(scene.tags.size()).string(); }
-  [[nodiscard]] fs::path object_file(const ObjectTags& plate, const char* what = "") const {
-    return folder / fmt::format("object_{}{}.json", plate.object, what);
-  }
   [[nodiscard]] fs::path sheet() const { return folder / "sheet.ply"; }
   [[nodiscard]] fs::path ensemble() const { return folder / "ensemble/branches.json"; }
 };
-
-/// One laying of a drape; `repeat` identifies it if the rig does.
-struct Laying {
-  std::string name, set;  ///< name in messages; frame set of its pictures
-  fs::path folder;
-  const DrapeRepeat* repeat = nullptr;
-};
-
-/// Layings of a drape, its own first.
-std::vector<Laying> layings_of(const Drape& drape) {
-  std::vector<Laying> layings = {{drape.scene.name, drape.scene.set, drape.folder}};
-  for (const DrapeRepeat& repeat : drape.repeats) {
-    if (repeat.set == drape.scene.set)
-      layings.front().repeat = &repeat;
-    else
-      layings.push_back({fmt::format("{}, repeat {}", drape.scene.name, repeat.repeat), repeat.set,
-                         drape.folder / "repeats" / repeat.repeat, &repeat});
-  }
-  return layings;
-}
 
 /// Everything that the steps are derived from.
 struct Bench {
   RunOptions options;
   Rig rig;
-  fs::path recording, out, store;
+  fs::path recording, store;
+  RunFolder files;
   std::vector<Drape> drapes;
 
-  [[nodiscard]] fs::path reduced_rig() const { return out / "rig.toml"; }
-  [[nodiscard]] fs::path target_detections() const { return out / "target-detections.json"; }
-  [[nodiscard]] fs::path calibration() const { return out / "calibration.json"; }
-  [[nodiscard]] fs::path report() const { return out / "report.html"; }
+  /// The scene to simulate.
+  [[nodiscard]] fs::path scene_file(const Drape& drape) const {
+    return files.scene(drape.scene, drape.scene.tags.size());
+  }
   [[nodiscard]] double spacing_m() const { return options.spacing_m.value_or(rig.spacing_m); }
   [[nodiscard]] std::string spacing() const { return fmt::format("{:g}", spacing_m() / units::mm); }
   /// True if the headline includes sensitivities, without which U lacks scene and fabric.
@@ -102,11 +74,11 @@ void append(Words& words, const Words& more) {
 }
 
 /// One call of a command; `output` is the first of its outputs.
-Step step_of(const std::string& command, const std::string& what, Words words,
-             const fs::path& output, const std::string& drape = {}) {
+RunStep step_of(const std::string& command, const std::string& what, Words words,
+                const fs::path& output, const std::string& drape = {}) {
   words.emplace_back("--json");
   StageCall call = call_of(command, std::move(words));
-  Step step;
+  RunStep step;
   step.stage = command;
   step.what = what;
   step.program = std::move(call.program);
@@ -119,14 +91,14 @@ Step step_of(const std::string& command, const std::string& what, Words words,
   return step;
 }
 
-Step detect_step(const Bench& bench, const std::string& what, const std::string& surface,
-                 const Words& sets, const fs::path& output, const std::string& drape,
-                 const Words& more = {}) {
-  Words words = words_of(bench.recording, "--rig", bench.reduced_rig(), "--surface", surface,
+RunStep detect_step(const Bench& bench, const std::string& what, const std::string& surface,
+                    const Words& sets, const fs::path& output, const std::string& drape,
+                    const Words& more = {}) {
+  Words words = words_of(bench.recording, "--rig", bench.files.rig(), "--surface", surface,
                          "--sets", fmt::format("{}", fmt::join(sets, ",")), "--out", output,
                          "--threads", bench.options.threads);
   append(words, more);
-  Step step = step_of("detect", what, std::move(words), output, drape);
+  RunStep step = step_of("detect", what, std::move(words), output, drape);
   step.weight = static_cast<double>(sets.size());
   return step;
 }
@@ -140,28 +112,29 @@ Group detect_group(const Bench& bench) {
   for (const TargetStage& stage : bench.rig.stages) sets.push_back(stage.set);
   append(sets, bench.rig.free_poses);
   Group group{"detect",
-              {detect_step(bench, "target", "target", sets, bench.target_detections(), "")}};
+              {detect_step(bench, "target", "target", sets, bench.files.target_detections(), "")}};
   for (const Drape& drape : bench.drapes) {
-    for (const Laying& laying : layings_of(drape)) {
-      group.steps.push_back(detect_step(bench, "drape " + laying.name, "cloth", {laying.set},
-                                        laying.folder / "detections.json", laying.name));
+    for (const Laying& laying : drape.layings) {
+      group.steps.push_back(detect_step(bench, "drape " + laying.name(), "cloth", {laying.set},
+                                        bench.files.detections(laying), laying.name()));
       group.steps.back().scene = drape.scene.name;
     }
     for (const ObjectTags& plate : drape.scene.tags)
-      group.steps.push_back(detect_step(bench, plate_name(drape, plate), "target", {plate.set},
-                                        drape.object_file(plate, "-detections"), drape.scene.name,
-                                        {"--target", plate.target.string()}));
+      group.steps.push_back(
+          detect_step(bench, plate_name(drape, plate), "target", {plate.set},
+                      bench.files.object(drape.scene, plate.object, "-detections"),
+                      drape.scene.name, {"--target", plate.target.string()}));
   }
   return group;
 }
 
 /// Calibrates all cameras together if the rig has free poses of the target, else as the paper.
 Group calib_group(const Bench& bench) {
-  Step step = step_of(
+  RunStep step = step_of(
       "calib", fmt::format("{} cameras", bench.rig.cameras.size()),
-      words_of(bench.target_detections(), "--rig", bench.reduced_rig(), "--method",
-               bench.rig.free_poses.empty() ? "tsai" : "joint", "--out", bench.calibration()),
-      bench.calibration());
+      words_of(bench.files.target_detections(), "--rig", bench.files.rig(), "--method",
+               bench.rig.free_poses.empty() ? "tsai" : "joint", "--out", bench.files.calibration()),
+      bench.files.calibration());
   return {"calib", {std::move(step)}};
 }
 
@@ -172,14 +145,15 @@ Group object_group(const Bench& bench) {
   for (const Drape& drape : bench.drapes) {
     for (std::size_t k = 0; k < drape.scene.tags.size(); ++k) {
       const ObjectTags& plate = drape.scene.tags[k];
-      const fs::path output = drape.object_file(plate), scene = drape.scene_file(k + 1);
-      Words words =
-          words_of(drape.object_file(plate, "-detections"), "--calibration", bench.calibration(),
-                   "--set", plate.set, "--scene", drape.scene_file(k), "--object", plate.object,
-                   "--scene-out", scene, "--out", output);
+      const fs::path output = bench.files.object(drape.scene, plate.object);
+      const fs::path scene = bench.files.scene(drape.scene, k + 1);
+      Words words = words_of(bench.files.object(drape.scene, plate.object, "-detections"),
+                             "--calibration", bench.files.calibration(), "--set", plate.set,
+                             "--scene", bench.files.scene(drape.scene, k), "--object", plate.object,
+                             "--scene-out", scene, "--out", output);
       for (const auto& [option, value] : plate.lies())
         append(words, {option, fmt::format("{}", value)});
-      Step step =
+      RunStep step =
           step_of("object", plate_name(drape, plate), std::move(words), output, drape.scene.name);
       step.outputs.push_back(scene);
       group.steps.push_back(std::move(step));
@@ -191,21 +165,20 @@ Group object_group(const Bench& bench) {
 Group triangulate_group(const Bench& bench) {
   Group group{"triangulate", {}, bench.options.threads};
   for (const Drape& drape : bench.drapes) {
-    for (const Laying& laying : layings_of(drape)) {
-      const fs::path output = laying.folder / "sheet.ply";
+    for (const Laying& laying : drape.layings) {
+      const fs::path output = bench.files.folder(laying) / "sheet.ply";
       Words words =
-          words_of(laying.folder / "detections.json", "--calibration", bench.calibration(), "--set",
-                   laying.set, "--scene", drape.scene_file(), "--out", output);
+          words_of(bench.files.detections(laying), "--calibration", bench.files.calibration(),
+                   "--set", laying.set, "--scene", bench.scene_file(drape), "--out", output);
       for (const ObjectTags& plate : drape.scene.tags)
-        append(words, {"--object", drape.object_file(plate).string()});
+        append(words, {"--object", bench.files.object(drape.scene, plate.object).string()});
       for (const Drape& other : bench.drapes)
         if (&other != &drape && other.scene.tags.empty())
-          append(words, {"--other-scene", other.scene_file()});
-      if (laying.repeat != nullptr) words.push_back("--repeat=" + laying.repeat->repeat);
-      if (laying.repeat != nullptr && !laying.repeat->face.empty())
-        words.push_back("--face=" + laying.repeat->face);
-      Step step =
-          step_of("triangulate", "drape " + laying.name, std::move(words), output, laying.name);
+          append(words, {"--other-scene", bench.scene_file(other).string()});
+      if (laying.named) words.push_back("--repeat=" + laying.repeat);
+      if (!laying.face.empty()) words.push_back("--face=" + laying.face);
+      RunStep step =
+          step_of("triangulate", "drape " + laying.name(), std::move(words), output, laying.name());
       step.scene = drape.scene.name;
       group.steps.push_back(std::move(step));
     }
@@ -215,7 +188,7 @@ Group triangulate_group(const Bench& bench) {
 
 /// Command-line words common to a drape and its ensemble.
 Words drape_words(const Bench& bench, const Drape& drape, int segments, const fs::path& out) {
-  Words words = words_of(drape.scene_file(), "--fabric", drape.scene.fabric_file, "--segments",
+  Words words = words_of(bench.scene_file(drape), "--fabric", drape.scene.fabric_file, "--segments",
                          segments, "--start-from", drape.sheet(), "--out", out, "--threads", 1);
   if (bench.options.internal_friction) words.emplace_back("--internal-friction");
   return words;
@@ -277,7 +250,7 @@ Group simulate_group(const Bench& bench) {
   }
   // Longest first, so that no core waits for the last one.
   std::stable_sort(group.steps.begin(), group.steps.end(),
-                   [](const Step& a, const Step& b) { return a.weight > b.weight; });
+                   [](const RunStep& a, const RunStep& b) { return a.weight > b.weight; });
   return group;
 }
 
@@ -310,7 +283,7 @@ Words branch_sheets(const Bench& bench, const Drape& drape, const std::set<fs::p
   return sheets;
 }
 
-Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
+RunStep compare_step(const Bench& bench, const std::set<fs::path>& failed) {
   Words words;
   const auto add = [&](const fs::path& sheet, const Words& option = {}) {
     if (failed.count(run_record_path(sheet)) != 0) return false;
@@ -324,35 +297,22 @@ Step compare_step(const Bench& bench, const std::set<fs::path>& failed) {
     for (const Simulation& one : simulations_of(bench))
       simulated = add(drape.folder / one.folder / "sheet.ply") || simulated;
     append(words, branch_sheets(bench, drape, failed));
-    for (const Laying& laying : layings_of(drape))
-      if (simulated && laying.folder != drape.folder)
-        add(laying.folder / "sheet.ply", {"--repeat"});
+    for (const Laying& laying : drape.layings)
+      if (simulated && !laying.is_own) add(bench.files.folder(laying) / "sheet.ply", {"--repeat"});
     // Counts as an input, so that an older comparison is not up to date.
     if (fs::is_regular_file(bench.sensitivity(drape)))
       append(words, {"--sensitivity", bench.sensitivity(drape).string()});
   }
   if (bench.rig.tolerance_m)
     append(words, {"--tolerance-mm", fmt::format("{:g}", *bench.rig.tolerance_m / units::mm)});
-  append(words, {"--calibration", bench.calibration().string(), "--store", bench.store.string(),
-                 "--report", bench.report().string()});
+  append(words, {"--calibration", bench.files.calibration().string(), "--store",
+                 bench.store.string(), "--report", bench.files.report().string()});
   const fs::path acceptance = bench.rig.file.parent_path() / "acceptance.json";
   if (fs::is_regular_file(acceptance)) append(words, {"--acceptance", acceptance.string()});
   if (!bench.options.label.empty()) words.push_back("--label=" + bench.options.label);
   if (!bench.options.operator_name.empty())
     words.push_back("--operator=" + bench.options.operator_name);
-  return step_of("compare", "all drapes", std::move(words), bench.report());
-}
-
-std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
-  std::vector<Drape> drapes;
-  for (const fs::path& file : rig.scenes) {
-    Drape drape{read_scene(file), {}, {}};
-    drape.folder = out / drape.scene.name;
-    for (const DrapeRepeat& repeat : rig.repeats)
-      if (repeat.scene == drape.scene.name) drape.repeats.push_back(repeat);
-    drapes.push_back(std::move(drape));
-  }
-  return drapes;
+  return step_of("compare", "all drapes", std::move(words), bench.files.report());
 }
 
 /// Throws for a rig.toml in the output folder that was not written by a run.
@@ -371,12 +331,9 @@ void write_reduced_rig(const Bench& bench) {
   rig.scenes.clear();
   rig.repeats.clear();
   rig.tolerance_m.reset();
-  for (fs::path* file : {&rig.target_file, &rig.print_file, &rig.recording})
-    if (!file->empty()) *file = fs::proximate(*file, bench.out);
-  const std::string text = fmt::format("{}: the part of {} that detect and calib read.\n{}",
-                                       kMadeByRun, rig.file.filename().string(), text_of(rig));
-  const fs::path file = bench.reduced_rig();
-  if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
+  write_where_new(bench.files.rig(),
+                  fmt::format("{}: the part of {} that detect and calib read.\n{}", kMadeByRun,
+                              rig.file.filename().string(), text_in(bench.files.out, rig)));
 }
 
 /// Canonical path, so that steps stay up to date under any spelling of a file.
@@ -394,8 +351,8 @@ void keep_asked(const Bench& bench, Plan& plan) {
                         "name one of its scenes: `drape check` lists them");
   for (Group& group : plan.groups) {
     if (options.until == LastStage::calib)
-      std::erase_if(group.steps, [](const Step& step) { return !step.drape.empty(); });
-    for (Step& step : group.steps)
+      std::erase_if(group.steps, [](const RunStep& step) { return !step.drape.empty(); });
+    for (RunStep& step : group.steps)
       step.is_asked = options.drapes.empty() || step.drape.empty() ||
                       std::find(options.drapes.begin(), options.drapes.end(), step.scene) !=
                           options.drapes.end();
@@ -442,11 +399,17 @@ Plan make_plan(const RunOptions& options) {
                       "leave out one of both");
   bench.rig = read_rig(one_name(options.rig));
   bench.recording = one_name(options.recording.empty() ? bench.rig.recording : options.recording);
-  bench.out = one_name(options.out.empty() ? fs::path("out") / bench.rig.name : options.out);
-  bench.store = options.store.empty() ? bench.out / "results.sqlite" : one_name(options.store);
-  bench.drapes = read_drapes(bench.rig, bench.out);
-  refuse_to_replace(bench.reduced_rig());
-  Plan plan{bench.out, bench.store, bench.report(), {detect_group(bench), calib_group(bench)}};
+  bench.files.out = one_name(options.out.empty() ? fs::path("out") / bench.rig.name : options.out);
+  bench.store = options.store.empty() ? bench.files.store() : one_name(options.store);
+  for (const fs::path& file : bench.rig.scenes) {
+    const Scene scene = read_scene(file);
+    bench.drapes.push_back({scene, bench.files.out / scene.name, layings_of(scene, bench.rig)});
+  }
+  refuse_to_replace(bench.files.rig());
+  Plan plan{bench.files.out,
+            bench.store,
+            bench.files.report(),
+            {detect_group(bench), calib_group(bench)}};
   if (options.until != LastStage::calib) {
     if (Group objects = object_group(bench); !objects.steps.empty())
       plan.groups.push_back(std::move(objects));
@@ -469,7 +432,7 @@ namespace {
 // ---- run --------------------------------------------------------------------------------------
 
 struct StepEnding {
-  Step step;
+  RunStep step;
   int exit_code = 0;
   bool made = false;   ///< false if it was up to date
   Ending ending = {};  ///< for a failed step only the reason
@@ -478,7 +441,7 @@ struct StepEnding {
 };
 
 /// True if the outputs of a step belong to its inputs, whatever its arguments were.
-bool is_as_made(const Step& step) {
+bool is_as_made(const RunStep& step) {
   if (!fs::is_regular_file(step.record)) return false;
   try {
     const RunFile run = read_run_file(step.record);
@@ -497,11 +460,11 @@ class StageProgress {
  public:
   StageProgress(const Group& group, bool quiet)
       : steps_(group.steps.size()), progress_(group.stage, quiet) {
-    for (const Step& step : group.steps) total_ += step.weight;
+    for (const RunStep& step : group.steps) total_ += step.weight;
   }
 
   /// `ended`: the step is over. The step itself may report this too, more than once.
-  void update(const Step& step, double fraction, const std::string& what, bool ended) {
+  void update(const RunStep& step, double fraction, const std::string& what, bool ended) {
     fractions_[step.what] = std::min(fraction, 1.0) * step.weight;
     if (ended) ended_.insert(step.what);
     double sum = 0;
@@ -571,7 +534,7 @@ class BenchRun {
 
   [[nodiscard]] bool all_are_out() const {
     for (const Group& group : plan_.groups)
-      for (const Step& step : group.steps)
+      for (const RunStep& step : group.steps)
         if (!step.drape.empty() && !is_out(step.drape)) return false;
     return true;
   }
@@ -583,7 +546,7 @@ class BenchRun {
     std::vector<Step> to_do;
     std::vector<std::size_t> index;
     StageProgress progress(group, common_.quiet || common_.json);
-    for (const Step& step : group.steps) {
+    for (const RunStep& step : group.steps) {
       if (!step.drape.empty() && is_out(step.drape)) continue;
       if (!step.is_asked && (lacks(step.scene) || !is_as_made(step))) {
         // A missing simulation leaves the others of the drape.
@@ -608,13 +571,14 @@ class BenchRun {
     run_steps(
         to_do, group.at_once,
         [&](std::size_t step, double fraction, const std::string& what) {
-          progress.update(to_do[step], fraction, what, false);
+          progress.update(endings[index[step]].step, fraction, what, false);
         },
         [&](std::size_t step, const StepResult& result) {
           StepEnding& ending = endings[index[step]];
           take(result, ending, disk_is_full);
           progress.update(ending.step, 1, ending.step.what, true);
-        });
+        },
+        Interrupts::signal);
     return endings;
   }
 
@@ -723,7 +687,7 @@ class BenchRun {
     for (const StepEnding& ending : kept_)
       if (ending.step.stage == "simulate") simulated.insert(ending.step.scene);
     for (const Group& group : plan_.groups)
-      for (const Step& step : group.steps)
+      for (const RunStep& step : group.steps)
         if (!step.is_asked && simulated.count(step.scene) == 0) not_up_to_date_.insert(step.scene);
     std::erase_if(kept_, [&](const StepEnding& one) { return lacks(one.step.scene); });
     for (const std::string& drape : not_up_to_date_)
@@ -736,9 +700,9 @@ class BenchRun {
   [[nodiscard]] Group compare_group() const {
     std::set<fs::path> not_made;
     for (const Group& group : plan_.groups)
-      for (const Step& step : group.steps) not_made.insert(step.record);
+      for (const RunStep& step : group.steps) not_made.insert(step.record);
     for (const StepEnding& ending : kept_) not_made.erase(ending.step.record);
-    Step step = plan_.compare(not_made);
+    RunStep step = plan_.compare(not_made);
     for (const auto& warnings : {stage_warnings(), lacking_})
       for (const std::string& warning : warnings) step.arguments.push_back("--warning=" + warning);
     for (const std::string& line : rejected()) step.arguments.push_back("--no-go=" + line);

@@ -38,10 +38,20 @@ struct RunOptions {
 
 void fields(Fields& f, RunOptions& options);
 
+/// One step of a run.
+struct RunStep : Step {
+  std::filesystem::path record = {};  ///< run record that proves it up to date
+  double weight = 1;                  ///< share of the stage's time
+  std::string drape = {};  ///< drape that fails with this step; empty if all drapes need it
+  std::string scene = {};  ///< name of the drape, also for its repeats
+  bool is_asked = true;    ///< false: not run, but kept if it is up to date
+  bool is_extra = false;   ///< true if its failure only makes the result less complete
+};
+
 /// Steps that can run in parallel; the next group needs all of this one.
 struct Group {
   std::string stage;
-  std::vector<Step> steps;
+  std::vector<RunStep> steps;
   int at_once = 1;
   bool is_for_some = false;  ///< true if only some drapes have this step
 };
@@ -54,7 +64,7 @@ struct Plan {
   std::vector<Group> groups;  ///< all stages except compare
   /// Makes the step that compares all sheets except those whose run records are in `failed`; empty
   /// if the run ends earlier.
-  std::function<Step(const std::set<std::filesystem::path>& failed)> compare = {};
+  std::function<RunStep(const std::set<std::filesystem::path>& failed)> compare = {};
   std::function<void()> write_reduced_rig = {};  ///< for the first steps; call it before they start
 };
 

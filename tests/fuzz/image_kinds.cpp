@@ -5,7 +5,7 @@
 #include "capture/capture.hpp"
 #include "capture/live/live_capture.hpp"
 #include "capture/recording/record.hpp"
-#include "console/pictures.hpp"
+#include "console/cameras.hpp"
 #include "console/session.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

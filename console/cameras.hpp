@@ -2,13 +2,18 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/detections.hpp"
+#include "core/files/json_file.hpp"
 #include "core/recording.hpp"
 
 namespace drape::console {
@@ -103,6 +108,76 @@ class StillWatch {
   std::vector<std::string> cameras_;
   StillOptions options_;
   std::map<std::string, View> views_;
+};
+
+struct Bench;
+
+/// The newest picture of a live camera.
+struct LivePicture {
+  std::uint64_t number = 0;
+  int width_px = 0;
+  bool mark_saturation = false;
+  std::string jpeg, facts;  ///< facts: ASCII JSON as written by `drape capture --preview`
+};
+
+/// The live cameras: the resident capture session and its messages, stillness, and marks in their
+/// pictures. Thread-safe.
+class Cameras {
+ public:
+  explicit Cameras(Bench& bench);
+  ~Cameras();
+  Cameras(const Cameras&) = delete;
+  Cameras& operator=(const Cameras&) = delete;
+
+  void open();  ///< throws Error(bad_input) while they are open
+  void close();
+  void shut();  ///< called before the objects to which they report are destroyed
+  void take(const std::string& set);
+  void undo(const std::string& set);  ///< restores the previous take of a set
+  /// Sets exposure or gain until the cameras are closed; the value in use comes with the pictures.
+  void light(const std::string& camera, const std::string& name, double value);
+  [[nodiscard]] bool runs() const;
+  [[nodiscard]] std::string taking() const;  ///< set that the capture is taking
+  [[nodiscard]] bool automatic() const { return automatic_; }
+  void automatic(bool on);
+  [[nodiscard]] Json json() const;
+  /// nullopt before the camera's first picture.
+  [[nodiscard]] std::optional<LivePicture> picture(const std::string& camera, int width_px,
+                                                   bool mark_saturation);
+  /// Marks in the live pictures, in their pixels: found now, or last if another request looks; null
+  /// without pictures.
+  [[nodiscard]] std::shared_ptr<const Detections> marks(Surface surface);
+  /// Time without motion in each camera's pictures; keeps watching for some
+  /// seconds.
+  [[nodiscard]] Json still_json();
+
+ private:
+  class Capture;
+  void heard(const std::string& line);
+  void ended(const std::string& sentence);
+  void look(const std::string& camera);
+  void type(const std::string& line);
+  void take_by(const std::string& set, const std::string& line);
+  void require_open() const;
+  [[nodiscard]] std::shared_ptr<const Detections> marks_now(Surface surface);
+  [[nodiscard]] std::string newest(const std::string& camera, std::uint64_t& number) const;
+
+  Bench& bench_;
+  mutable std::mutex mutex_;  ///< guards the next four members
+  std::map<Surface, std::shared_ptr<const Detections>> found_;
+  std::string taking_;
+  std::vector<std::string> words_;  ///< last lines printed by the capture
+  bool ready_ = false;
+  std::atomic<bool> automatic_ = false;
+  std::mutex watch_mutex_;  ///< guards the next two members
+  std::optional<StillWatch> watch_;
+  double still_asked_s_ = -1e9;  ///< time of the last request for stillness
+  std::mutex looking_;           ///< held while marks are searched, in the folder
+  std::optional<MemoryFolder> live_folder_;
+  std::mutex live_mutex_;  ///< lets many pages share one scaling
+  std::map<std::string, LivePicture> live_;
+  mutable std::mutex capture_mutex_;
+  std::unique_ptr<Capture> capture_;
 };
 
 }  // namespace drape::console
