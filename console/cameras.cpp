@@ -447,17 +447,13 @@ void Cameras::open() {
 
 /// Makes the stored sets part of the recording.
 void Cameras::close() {
-  std::unique_ptr<Capture> closing;
-  {
-    const std::lock_guard lock(capture_mutex_);
-    if (!capture_ || !capture_->runs()) throw bad_input("the cameras are closed", {}, "open them");
-    closing = std::move(capture_);
-  }
+  if (!runs()) throw bad_input("the cameras are closed", {}, "open them");
+  shut();
   bench_.session.add(bench_.session.who(), "closes the cameras");
 }
 
 void Cameras::shut() {
-  std::unique_ptr<Capture> closing;
+  std::unique_ptr<Capture> closing;  // ends after the lock, which its thread takes
   const std::lock_guard lock(capture_mutex_);
   closing.swap(capture_);
 }
@@ -523,37 +519,41 @@ void Cameras::light(const std::string& camera, const std::string& name, double v
 }
 
 void Cameras::ended(const std::string& sentence) {
-  std::string refused;
   {
     const std::lock_guard lock(mutex_);
     ready_ = false;
-    refused = std::exchange(taking_, "");
   }
-  if (!refused.empty()) bench_.session.tell("refused", {{"set", refused}, {"why", sentence}});
+  refuse(sentence);
   heard("the cameras are closed: " + sentence);
   end_automatic(bench_, "the cameras are closed", false);
 }
 
-void Cameras::heard(const std::string& line) {
-  std::string set = stored_in(line), refused, why;
+/// Tells why the set that is being taken is not stored, if there is one.
+void Cameras::refuse(const std::string& why) {
+  std::string set;
   {
     const std::lock_guard lock(mutex_);
-    const bool waits = line.starts_with("next: ");
+    set = std::exchange(taking_, "");
+  }
+  if (set.empty()) return;
+  bench_.session.tell("refused", {{"set", set}, {"why", why}});
+  const std::lock_guard lock(watch_mutex_);
+  watch_->forget_last_set();
+}
+
+void Cameras::heard(const std::string& line) {
+  const bool waits = line.starts_with("next: ");
+  std::string set = stored_in(line), before;
+  {
+    const std::lock_guard lock(mutex_);
     // Only a requested set, by a name from the rig.
     if (set != taking_) set.clear();
-    if (waits && !taking_.empty()) {
-      refused = std::exchange(taking_, "");
-      if (!words_.empty()) why = words_.back();
-    }
+    if (!words_.empty()) before = words_.back();
     words_.push_back(line);
     if (words_.size() > kKeptWords) words_.erase(words_.begin());
     ready_ = ready_ || waits;
   }
-  if (!refused.empty()) {
-    bench_.session.tell("refused", {{"set", refused}, {"why", why}});
-    const std::lock_guard lock(watch_mutex_);
-    watch_->forget_last_set();
-  }
+  if (waits) refuse(before);
   if (const auto turn = turn_of(line)) bench_.session.tell("camera", *turn);
   try {
     if (!set.empty()) {
@@ -563,7 +563,7 @@ void Cameras::heard(const std::string& line) {
         taking_.clear();
       }
       take_in(bench_, set);
-    } else if (!line.starts_with("next: ")) {
+    } else if (!waits) {
       bench_.session.add("capture", line);
     }
   } catch (const Error& error) {

@@ -155,6 +155,7 @@ class Cameras {
   class Capture;
   void heard(const std::string& line);
   void ended(const std::string& sentence);
+  void refuse(const std::string& why);
   void look(const std::string& camera);
   void type(const std::string& line);
   void take_by(const std::string& set, const std::string& line);

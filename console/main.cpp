@@ -136,7 +136,10 @@ class Console {
     if (route == "/report.html") {
       const fs::path file = bench_.session.run.report();
       if (!fs::is_regular_file(fs::symlink_status(file))) return absent("there is no report yet");
-      return {200, "text/html; charset=utf-8", read_text(file), {}, kReportPolicy};
+      return {200,
+              "text/html; charset=utf-8",
+              read_text(file),
+              {{"Content-Security-Policy", kReportPolicy}}};
     }
     const std::string name = route == "/" ? "index.html" : route.substr(1);
     const auto found = assets().find(name);

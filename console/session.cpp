@@ -14,7 +14,7 @@
 #include <sstream>
 #include <utility>
 
-#include "console/jobs.hpp"
+#include "console/console.hpp"
 #include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
 

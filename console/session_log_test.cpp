@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "console/jobs.hpp"
+#include "console/console.hpp"
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 

@@ -212,8 +212,7 @@ Json outlines(const Files& files, const Drape& drape) {
         Json points = Json::array();
         for (const Vector3d& point : line)
           if (const auto image = project(camera.model, camera.cam_from_world * point))
-            points.push_back(
-                {std::round(10 * image->px.x()) / 10, std::round(10 * image->px.y()) / 10});
+            points.push_back(point_px(image->px));
         if (points.size() > 1) lines.push_back(std::move(points));
       }
   }

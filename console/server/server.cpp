@@ -205,7 +205,7 @@ void set_head(http::response<Body>& out, const Response& response, bool keeps) {
   out.result(static_cast<unsigned>(response.status));
   out.keep_alive(keeps);
   out.set(http::field::content_type, response.type);
-  out.set("Content-Security-Policy", response.policy.empty() ? kPagePolicy : response.policy);
+  out.set("Content-Security-Policy", kPagePolicy);
   out.set("X-Content-Type-Options", "nosniff");
   out.set("Referrer-Policy", "no-referrer");
   out.set("Cache-Control", "no-store");

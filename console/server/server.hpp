@@ -82,8 +82,7 @@ struct Response {
   int status = 200;
   std::string type = "application/json";
   std::string body = {};
-  std::map<std::string, std::string> headers = {};  ///< additional headers
-  std::string policy = {};  ///< Content-Security-Policy; empty for that of the page
+  std::map<std::string, std::string> headers = {};  ///< further headers, or others than usual
 };
 
 struct ServerOptions {

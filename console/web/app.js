@@ -118,27 +118,24 @@ function say(words, how, pitches) {
 
 function listen() {
   const events = new EventSource('api/events');
-  events.addEventListener('open', () => { document.getElementById('trouble').textContent = ''; refresh(); });
-  events.addEventListener('state', refresh);
-  events.addEventListener('job', event => takeJob(JSON.parse(event.data)));
-  events.addEventListener('shot', event => say(`${JSON.parse(event.data).set} is taken`, 'good', [880]));
-  events.addEventListener('refused', event => {
-    const {set, why} = JSON.parse(event.data);
+  const trouble = document.getElementById('trouble');
+  const on = (name, does) => events.addEventListener(name, event => does(JSON.parse(event.data)));
+  events.addEventListener('open', () => { trouble.textContent = ''; refresh(); });
+  on('state', refresh);
+  on('job', takeJob);
+  on('shot', ({set}) => say(`${set} is taken`, 'good', [880]));
+  on('refused', ({set, why}) => {
     say(`${set} is not taken`, 'bad', [330, 220]);
-    document.getElementById('trouble').textContent = `${set} is not taken: ${why}`;
+    trouble.textContent = `${set} is not taken: ${why}`;
   });
-  events.addEventListener('ended', event => {
-    const {words, good} = JSON.parse(event.data);
-    say(words, good ? 'good' : 'bad', good ? [660, 880, 1100] : [330, 220]);
-  });
-  events.addEventListener('camera', event => {
-    const {camera, back, words} = JSON.parse(event.data);
+  on('ended', ({words, good}) => say(words, good ? 'good' : 'bad', good ? [660, 880, 1100] : [330, 220]));
+  on('camera', ({camera, back, words}) => {
     say(back ? `${camera} is back` : `${camera} is lost`, back ? 'good' : 'bad', back ? [660, 880] : [330, 220]);
-    document.getElementById('trouble').textContent = back ? '' : words;
+    trouble.textContent = back ? '' : words;
   });
-  events.addEventListener('frame', event => cameras.frame(JSON.parse(event.data).camera));
+  on('frame', ({camera}) => cameras.frame(camera));
   events.addEventListener('error', () => {
-    document.getElementById('trouble').textContent = 'The server does not answer; the page tries again. What was stored is whole.';
+    trouble.textContent = 'The server does not answer; the page tries again. What was stored is whole.';
   });
 }
 

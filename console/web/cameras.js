@@ -146,18 +146,6 @@ function captureWords(capture) {
     doctorTable(capture.doctor)].flat();
 }
 
-async function drawLive(state, known, redraw) {
-  const next = nextSet(state);
-  return [
-    h('h1', {}, 'Cameras'),
-    h('div', {class: 'acts'}, ...tools(state, known, LIVE, next, redraw)),
-    h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera))),
-    ...captureWords(state.capture),
-    ...state.capture.ready ? lightFields(state) : [],
-    command(state.capture.command, state.capture.ready ? 'exposure_us 3000 cam0 (a line typed to it)' : ''),
-  ];
-}
-
 function tools(state, known, shown, next, redraw) {
   return [
     ...takeButtons('take', next ? `Take ${next}` : 'Every set is taken', !next || (state.capture && !state.capture.ready),
@@ -176,7 +164,13 @@ export async function draw(state, redraw) {
   const shown = known.includes(chosen) ? chosen : state.capture ? LIVE : nextSet(state) || known[0];
   const set = state.sets.find(one => one.name === (shown === LIVE ? nextSet(state) : shown));
   showLive(shown === LIVE, set?.drape && !set.plate ? 'cloth' : 'target');
-  if (showsLive) return drawLive(state, known, redraw);
+  const next = nextSet(state), words = captureWords(state.capture);
+  const tool = [h('h1', {}, 'Cameras'), h('div', {class: 'acts'}, ...tools(state, known, shown, next, redraw))];
+  if (showsLive) {
+    return [...tool, h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera))), ...words,
+      ...state.capture.ready ? lightFields(state) : [],
+      command(state.capture.command, state.capture.ready ? 'exposure_us 3000 cam0 (a line typed to it)' : '')];
+  }
   const [facts, found] = await Promise.all([ask('frame', {set: shown}), ask('marks', {set: shown})]);
   const views = state.cameras.map(camera => {
     const fact = facts.cameras.find(one => one.camera === camera.name) ?? {};
@@ -184,14 +178,10 @@ export async function draw(state, redraw) {
     return cameraView(camera, set, red, marks ? markDrawings(found.cameras[camera.name]) : [],
       `${camera.name}: ${(fact.saturated_percent ?? 0).toFixed(3)} % saturated${sigma}`);
   });
-  const next = nextSet(state);
   const rows = (set?.detected?.cameras ?? []).map(one => [one.camera, figure(one.measured, 0), figure(one.missing, 0),
     figure(one.tags, 0), figure(one.sigma_px, 4),
     Object.entries(one.rejected).map(([reason, count]) => `${count} x ${reason}`).join('; ') || 'none']);
-  return [
-    h('h1', {}, 'Cameras'),
-    h('div', {class: 'acts'}, ...tools(state, known, shown, next, redraw)),
-    ...captureWords(state.capture),
+  return [...tool, ...words,
     state.replay ? h('p', {id: 'exposed'}, 'A recording is exposed already: exposure and gain are set with live cameras only.') : null,
     h('div', {class: 'views'}, views),
     set?.detected

@@ -49,24 +49,19 @@ let countdown = null;
 /// Takes the offered set after a delay in which the operator can return to the cloth; a second press cancels it.
 export function takeSoon() {
   const banner = document.getElementById('banner');
+  const stop = () => {
+    clearInterval(countdown);
+    countdown = null;
+  };
   banner.className = '';
   banner.textContent = '';
-  if (countdown) {
-    clearInterval(countdown);
-    countdown = null;
-    return;
-  }
+  if (countdown) return stop();
   let left = SOON_S;
   const tick = () => {
-    if (left > 0) {
-      banner.textContent = `in ${left}`;
-      tone(440);
-      left -= 1;
-      return;
-    }
-    clearInterval(countdown);
-    countdown = null;
-    banner.textContent = '';
+    banner.textContent = left ? `in ${left}` : '';
+    left -= 1;
+    if (left >= 0) return tone(440);
+    stop();
     document.querySelector('#main .take')?.click();
   };
   countdown = setInterval(tick, 1000);
