@@ -244,8 +244,8 @@ Json set_json(const Bench& bench, const BenchFiles& rig, const std::string& set)
   return json;
 }
 
-Json calibration_json(const Files& files) {
-  const auto now = files.calibration();
+Json calibration_json(const Bench& bench) {
+  const auto now = bench.files.calibration();
   if (!now) return {};
   Json json = ending_of(bench.session.run.calibration());
   json["sets"] = now->sets;
@@ -367,7 +367,7 @@ Json state_view(Bench& bench, const Query&) {
   for (const Drape& one : rig->drapes)
     for (const std::string& set : session.sets_of(one))
       json["sets"].push_back(set_json(bench, *rig, set));
-  json["calibration"] = calibration_json(files);
+  json["calibration"] = calibration_json(bench);
   const Stage calibration = stage_of(files, bench.session.run.calibration());
   json["calibration_superseded"] = calibration.superseded;
   json["next"] = next_of_calibration(bench, calibration);
