@@ -406,48 +406,41 @@ namespace {
 
 /// Every value with its series, unit, label, verdict (GO, NO-GO, or NULL if in no run), number in
 /// the series, whether it is the newest; and count, sum and sum of squares of the earlier values of
-/// its series without those that are NO-GO, which say nothing about usual ones. `part` and `place`
-/// order them by series, in each by the dates of the first runs. The braces are replaced by
-/// state_query().
+/// its series without those that are NO-GO, which say nothing about usual ones. Values of a series
+/// are in the order of their first runs. The braces are replaced by state_query().
 constexpr const char* kSeries = R"sql(
-WITH all_values(part, place, name, unit, label, value, verdict) AS (
-SELECT 1, row_number() OVER (ORDER BY k.rig_name, c.camera,
-    (SELECT min(r.date) FROM run AS r WHERE r.calibration_sha256 = k.sha256), l.sequence),
-  'calibration residual ' || k.rig_name || ' ' || c.camera, 'px',
+WITH all_values(part, place, name, first, id, unit, label, value, verdict) AS (
+SELECT 1, k.rig_name, 'calibration residual ' || k.rig_name || ' ' || c.camera,
+  (SELECT min(r.date) FROM run AS r WHERE r.calibration_sha256 = k.sha256), l.sequence, 'px',
   substr(c.calibration_sha256, 1, 12), c.rms_px, (SELECT max(CASE WHEN d.cause LIKE
     'the calibration is NO-GO:%' THEN 'NO-GO' ELSE 'GO' END)
     FROM run AS q JOIN run_drape AS d ON d.run = q.number WHERE q.calibration_sha256 = k.sha256)
 FROM calibration_camera AS c JOIN calibration AS k ON k.sha256 = c.calibration_sha256
   JOIN listed AS l ON l.kind = 'calibration_file' AND l.key = c.calibration_sha256
 WHERE ?1 = ''
-UNION ALL SELECT 2, row_number() OVER (ORDER BY f.unit, a.rig_name, f.name, a.date, l.sequence),
-  'acceptance ' || a.rig_name || ' ' || f.name, f.unit,
-  coalesce(a.date, substr(a.sha256, 1, 12)), f.value, f.verdict
+UNION ALL SELECT 2, f.unit || ' ' || a.rig_name, 'acceptance ' || a.rig_name || ' ' || f.name,
+  a.date, l.sequence, f.unit, coalesce(a.date, substr(a.sha256, 1, 12)), f.value, f.verdict
 FROM acceptance_figure AS f JOIN acceptance AS a ON a.sha256 = f.acceptance_sha256
   JOIN listed AS l ON l.kind = 'acceptance' AND l.key = a.sha256
 WHERE f.value IS NOT NULL AND ?1 = ''
-UNION ALL SELECT 3, row_number() OVER (ORDER BY d.name, d.first, d.id), d.name, 'mm', d.comparison,
-  d.mean_mm, d.measurement
-FROM (SELECT 'mean distance ' || v.rig || ' ' || v.scene || ' ' || coalesce(v.fabric, '') || ' ' ||
-    v.discretisation || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' ||
-    v.model || coalesce(' ' || v.solver, '') ||
-    CASE v.begins WHEN 'scene' THEN '' ELSE ' from the ' || v.begins END ||
-    coalesce(', friction ' || f.value, '') AS name, v.comparison AS comparison,
-    v.mean_dist_mm AS mean_mm, s.measurement AS measurement, v.id AS id,
-    (SELECT min(q.date) FROM run_comparison AS k JOIN v_run_moment AS q ON q.run = k.run
-      WHERE k.comparison_id = v.id) AS first
-  FROM v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id LEFT JOIN run_value AS f
-    ON f.run = s.run AND f.owner = 'scene ' || v.scene AND f.key = 'friction'
-  WHERE v.branch IS NULL AND coalesce(s.measurement, 'GO') = 'GO'
-    AND (?1 = '' OR v.scene = ?1 OR v.scene || '/' || v.fabric = ?1)) AS d)
-SELECT name, unit, label, value, verdict, row_number() OVER series,
-  row_number() OVER (PARTITION BY name ORDER BY place DESC) = 1,
+UNION ALL SELECT 3, '', 'mean distance ' || v.rig || ' ' || v.scene || ' ' ||
+  coalesce(v.fabric, '') || ' ' || v.discretisation || coalesce(' ' || v.segments || ' seg ', ' ') ||
+  v.simulator || ' ' || v.model || coalesce(' ' || v.solver, '') ||
+  CASE v.begins WHEN 'scene' THEN '' ELSE ' from the ' || v.begins END ||
+  coalesce(', friction ' || f.value, ''),
+  (SELECT min(q.date) FROM run_comparison AS k JOIN v_run_moment AS q ON q.run = k.run
+    WHERE k.comparison_id = v.id), v.id, 'mm', v.comparison, v.mean_dist_mm, s.measurement
+FROM v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id
+  LEFT JOIN run_value AS f ON f.run = s.run AND f.owner = 'scene ' || v.scene AND f.key = 'friction'
+WHERE v.branch IS NULL AND coalesce(s.measurement, 'GO') = 'GO'
+  AND (?1 = '' OR v.scene = ?1 OR v.scene || '/' || v.fabric = ?1))
+SELECT name, unit, label, value, verdict, row_number() OVER series, lead(id) OVER series IS NULL,
   count(*) FILTER (WHERE verdict IS NOT 'NO-GO') OVER before,
   sum(value) FILTER (WHERE verdict IS NOT 'NO-GO') OVER before,
   sum(value * value) FILTER (WHERE verdict IS NOT 'NO-GO') OVER before
-FROM all_values WINDOW series AS (PARTITION BY name ORDER BY place),
+FROM all_values WINDOW series AS (PARTITION BY name ORDER BY first, id),
   before AS (series ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING)
-ORDER BY part, place)sql";
+ORDER BY part, place, name, first, id)sql";
 
 }  // namespace
 
