@@ -157,12 +157,9 @@ int compute(const Command& app, const StudyArguments& args, std::vector<std::str
   const StudyPlan plan =
       read_plan(args.rig, args.choice, args.out, fs::read_symlink("/proc/self/exe"));
   Progress progress("study", common.quiet);
-  std::size_t ended = 0;
-  const double all = std::max(1.0, static_cast<double>(plan.cases.size()) / part.count);
   const std::vector<StudyOutcome> outcomes =
-      run_part(plan, part, args.out, thread_count(common), [&](const StudyOutcome& one) {
-        progress.update(std::min(1.0, static_cast<double>(++ended) / all), one.the_case.name());
-      });
+      run_part(plan, part, args.out, thread_count(common),
+               [&](double fraction, const std::string& what) { progress.update(fraction, what); });
   Ending ending = ending_of(outcomes);
   ending.warnings = fabric_warnings(plan);
   if (plan.by_name && part.count == 1)

@@ -155,7 +155,7 @@ TEST_F(Plan, TheSamePartTwiceAtOnceIsRefused) {
   const fs::path out = folder_.path() / "out";
   const StudyPlan once = plan(out);
   bool refused = false;
-  (void)run_part(once, {1, 4}, out, 1, [&](const StudyOutcome&) {
+  (void)run_part(once, {1, 4}, out, 1, [&](double, const std::string&) {
     try {
       (void)run_part(once, {1, 4}, out);
     } catch (const Error& error) {

@@ -5,14 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <map>
 #include <memory>
-#include <mutex>
+#include <regex>
 #include <tuple>
 
 #include "core/files/files.hpp"
-#include "core/parallel.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/cloth_files.hpp"
@@ -466,20 +464,17 @@ StudyPlan read_plan(const fs::path& rig_or_plan, const PlanChoice& choice, const
 }
 
 Part part_of(const std::string& text) {
-  Part part;
-  const char* const end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, part.index);
-  const bool slash = first.ec == std::errc() && first.ptr != end && *first.ptr == '/';
-  const auto second = std::from_chars(slash ? first.ptr + 1 : end, end, part.count);
-  if (!slash || second.ec != std::errc() || second.ptr != end || part.index < 1 ||
-      part.index > part.count)
-    throw usage_error(fmt::format("`{}` is not a part", text), "write e.g. --part 3/8");
-  return part;
+  static const std::regex form("([0-9]{1,9})/([0-9]{1,9})");
+  std::smatch found;
+  if (std::regex_match(text, found, form)) {
+    const Part part{std::stoi(found[1]), std::stoi(found[2])};
+    if (part.index >= 1 && part.index <= part.count) return part;
+  }
+  throw usage_error(fmt::format("`{}` is not a part", text), "write e.g. --part 3/8");
 }
 
 std::vector<StudyOutcome> run_part(const StudyPlan& plan, const Part& part, const fs::path& out,
-                                   int threads,
-                                   const std::function<void(const StudyOutcome&)>& done) {
+                                   int threads, const PartDone& done) {
   const WriterLock lock(out / "parts" / fmt::format("{}-of-{}.lock", part.index, part.count),
                         "this part of the study is being run already");
   std::vector<const StudyCase*> cases;
@@ -487,12 +482,13 @@ std::vector<StudyOutcome> run_part(const StudyPlan& plan, const Part& part, cons
        i += static_cast<std::size_t>(part.count))
     cases.push_back(&plan.cases[i]);
   std::vector<StudyOutcome> outcomes(cases.size());
-  std::mutex one_at_a_time;
-  parallel_for(cases.size(), threads, [&](std::size_t i) {
-    outcomes[i] = run_case(*cases[i]);
-    const std::lock_guard<std::mutex> only(one_at_a_time);
-    if (done) done(outcomes[i]);
-  });
+  parallel_for(
+      cases.size(), threads,
+      [&](std::size_t i) {
+        outcomes[i] = run_case(*cases[i]);
+        return cases[i]->name();
+      },
+      done);
   return outcomes;
 }
 

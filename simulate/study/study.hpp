@@ -2,12 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/fields/records.hpp"
+#include "core/parallel.hpp"
 #include "core/sheet.hpp"
 #include "simulate/simulate.hpp"
 
@@ -98,14 +98,14 @@ struct Part {
 /// Parses "3/8"; throws Error(usage).
 [[nodiscard]] Part part_of(const std::string& text);
 
-/// Computes the missing cases of a part, up to `threads` at a time, and calls `done` with each
-/// outcome, one call at a time; returns outcomes in the order of the cases. A case that fails by an
+/// Computes the missing cases of a part, up to `threads` at a time, and calls `done` with the name
+/// of each; returns outcomes in the order of the cases. A case that fails by an
 /// Error leaves `failed.txt` in its folder and is retried by the next run. Two runs never compute
 /// the same case simultaneously. Throws Error(bad_input) if the same part is already running in
 /// this folder.
-[[nodiscard]] std::vector<StudyOutcome> run_part(
-    const StudyPlan& plan, const Part& part, const std::filesystem::path& out, int threads = 1,
-    const std::function<void(const StudyOutcome&)>& done = {});
+[[nodiscard]] std::vector<StudyOutcome> run_part(const StudyPlan& plan, const Part& part,
+                                                 const std::filesystem::path& out, int threads = 1,
+                                                 const PartDone& done = {});
 
 /// Examines every case without computing any. A case whose files differ from its record counts as
 /// failed; the next run computes it again.
