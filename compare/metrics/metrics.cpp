@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numeric>
 #include <span>
 
@@ -91,15 +92,15 @@ double area_of(const std::array<Eigen::Vector3d, 4>& p) {
   return 0.5 * ((p[1] - p[0]).cross(p[2] - p[0]).norm() + (p[2] - p[0]).cross(p[3] - p[0]).norm());
 }
 
-EdgeStrain edge_of(const Place& a, const Place& b, bool along_warp) {
+Strain line_of(const char* kind, const Place& a, const Place& b) {
   const double rest = (b.material_m - a.material_m).norm();
-  return {a.mark, b.mark, along_warp, (b.real - a.real).norm() / rest - 1,
+  return {kind, a.mark, b.mark, (b.real - a.real).norm() / rest - 1,
           (b.simulated - a.simulated).norm() / rest - 1};
 }
 
-AreaStrain cell_of(const Place& a, const Place& b, const Place& c, const Place& d) {
+Strain area_of(const Place& a, const Place& b, const Place& c, const Place& d) {
   const double rest = std::abs((c.material_m - a.material_m).prod());
-  return {a.mark, area_of({a.real, b.real, c.real, d.real}) / rest - 1,
+  return {"area", a.mark, c.mark, area_of({a.real, b.real, c.real, d.real}) / rest - 1,
           area_of({a.simulated, b.simulated, c.simulated, d.simulated}) / rest - 1};
 }
 
@@ -436,6 +437,7 @@ std::optional<RigidAlignment> align(const std::vector<MarkError>& marks) {
 
 StrainMaps strain_maps(const Sheet& measured, const Surface& virtual_sheet) {
   StrainMaps maps;
+  std::vector<Strain> cells;
   for (const SheetMark& mark : measured.marks) {
     const auto [row, col] = mark.mark;
     const auto a = place_of(measured, virtual_sheet, {row, col});
@@ -443,15 +445,15 @@ StrainMaps strain_maps(const Sheet& measured, const Surface& virtual_sheet) {
     const auto b = place_of(measured, virtual_sheet, {row + 1, col});
     const auto c = place_of(measured, virtual_sheet, {row + 1, col + 1});
     const auto d = place_of(measured, virtual_sheet, {row, col + 1});
-    if (b) maps.edges.push_back(edge_of(*a, *b, true));
-    if (d) maps.edges.push_back(edge_of(*a, *d, false));
-    if (b && c && d) maps.cells.push_back(cell_of(*a, *b, *c, *d));
+    if (b) maps.strains.push_back(line_of("warp", *a, *b));
+    if (d) maps.strains.push_back(line_of("weft", *a, *d));
+    if (b && c && d) cells.push_back(area_of(*a, *b, *c, *d));
   }
-  std::vector<double> warp, weft, area;
-  for (const EdgeStrain& edge : maps.edges)
-    (edge.along_warp ? warp : weft).push_back(edge.real - edge.simulated);
-  for (const AreaStrain& cell : maps.cells) area.push_back(cell.real - cell.simulated);
-  maps.difference = {root_mean_square(warp), root_mean_square(weft), root_mean_square(area)};
+  maps.strains.insert(maps.strains.end(), cells.begin(), cells.end());
+  std::map<std::string, std::vector<double>> apart;
+  for (const Strain& one : maps.strains) apart[one.kind].push_back(one.real - one.simulated);
+  maps.difference = {root_mean_square(apart["warp"]), root_mean_square(apart["weft"]),
+                     root_mean_square(apart["area"])};
   return maps;
 }
 

@@ -215,34 +215,27 @@ struct RigidAlignment {
 /// marks or collinear ones, which leave the rotation undetermined.
 [[nodiscard]] std::optional<RigidAlignment> align(const std::vector<MarkError>& marks);
 
-/// Elongation of the straight line between two adjacent marks relative to the flat print. A fold in
-/// between shortens it without any strain of the threads.
-struct EdgeStrain {
-  MarkId from, to;
-  bool along_warp = false;
-  double real = 0, simulated = 0;  ///< ratios: 0.01 means one per cent longer
-};
-
-/// Relative change of the area of the quadrilateral whose corner of lowest row and column is
-/// `corner`, as two triangles.
-struct AreaStrain {
-  MarkId corner;
-  double real = 0, simulated = 0;  ///< ratios
+/// Relative change from the flat print: length of the straight line between two adjacent marks
+/// along the warp or weft, which a fold shortens without any strain of the threads, or area of the
+/// cell between four marks, as two triangles.
+struct Strain {
+  std::string kind;  ///< "warp", "weft" or "area"
+  MarkId from, to;   ///< ends of the line, or corners of the cell of lowest and highest row and col
+  double real = 0, simulated = 0;  ///< ratios: 0.01 means one per cent more
 };
 
 /// Root mean square of real minus simulated strain.
 struct StrainSummary {
-  std::optional<double> warp, weft, area;  ///< ratios; absent if there is no such edge or cell
+  std::optional<double> warp, weft, area;  ///< ratios; absent if there is no such line or cell
 };
 
 struct StrainMaps {
-  std::vector<EdgeStrain> edges;
-  std::vector<AreaStrain> cells;
+  std::vector<Strain> strains;  ///< lines, then cells
   StrainSummary difference;
 };
 
 /// Strains of the measured marks' lattice, and of the virtual sheet at the same material points.
-/// Covers edges and cells whose marks all exist on both.
+/// Covers lines and cells whose marks all exist on both.
 [[nodiscard]] StrainMaps strain_maps(const Sheet& measured, const Surface& virtual_sheet);
 
 }  // namespace drape::compare

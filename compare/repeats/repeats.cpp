@@ -528,27 +528,23 @@ std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets) {
   return reasons;
 }
 
-std::map<std::string, std::string> layings_twice(const std::vector<const SheetFile*>& sheets,
-                                                 Among pairs) {
+std::vector<SameLaying> layings_twice(const std::vector<const SheetFile*>& sheets) {
   constexpr double kRisk = 0.005;
-  std::map<std::string, std::string> reasons;
-  for (auto own = sheets.begin(); own != sheets.end(); ++own) {
+  std::vector<SameLaying> found;
+  for (auto own = sheets.begin(); own != sheets.end(); ++own)
     for (auto other = sheets.begin(); other != own; ++other) {
       const std::string &set = (*own)->measured().set, &earlier = (*other)->measured().set;
-      const bool same_drape = !(*own)->scene().empty() && (*own)->scene() == (*other)->scene();
-      if (set == earlier || same_drape != (pairs == Among::one_drape)) continue;
-      const auto chi2 = median_chi2((*own)->sheet, (*other)->sheet);
+      const auto chi2 = set == earlier ? std::nullopt : median_chi2((*own)->sheet, (*other)->sheet);
       if (!chi2 || *chi2 > chi_square_beyond(kRisk, 3)) continue;
-      const std::string text = fmt::format(
-          "sets {} and {} show one laying: half of their marks lie at the same places within chi "
-          "square {:.1f}; look which drape the pictures of each set show, and record the other "
-          "again",
-          earlier, set, *chi2);
-      reasons[(*own)->sha256] = text;
-      reasons[(*other)->sha256] = text;
+      const bool one_drape = !(*own)->scene().empty() && (*own)->scene() == (*other)->scene();
+      found.push_back(
+          {(*other)->sha256, (*own)->sha256, one_drape,
+           fmt::format("sets {} and {} show one laying: half of their marks lie at the same places "
+                       "within chi square {:.1f}; look which drape the pictures of each set show, "
+                       "and record the other again",
+                       earlier, set, *chi2)});
     }
-  }
-  return reasons;
+  return found;
 }
 
 }  // namespace drape::compare

@@ -189,14 +189,16 @@ void require_one_drape(const std::vector<SheetFile>& repeats,
 /// simulation that is not at rest.
 [[nodiscard]] std::vector<std::string> no_go_of(const std::vector<SheetFile>& sheets);
 
-/// Pairs of frame sets in which identical layings are searched for.
-enum class Among { one_drape, different_drapes };
+/// Two measured sheets that show the same laying in different frame sets.
+struct SameLaying {
+  std::string first, second;  ///< SHA-256 of the sheets
+  bool one_drape = false;     ///< true if both are of one scene
+  std::string reason;
+};
 
-/// Finds measured sheets that show the same laying in different frame sets, with the reason, by the
-/// SHA-256 of both: half of at least ten common marks agree within the 99.5 % quantile of chi
-/// square (three degrees of freedom, both covariances). A new laying would differ by millimetres.
-[[nodiscard]] std::map<std::string, std::string> layings_twice(
-    const std::vector<const SheetFile*>& sheets, Among pairs);
+/// Finds them: half of at least ten common marks agree within the 99.5 % quantile of chi square
+/// (three degrees of freedom, both covariances). A new laying would differ by millimetres.
+[[nodiscard]] std::vector<SameLaying> layings_twice(const std::vector<const SheetFile*>& sheets);
 
 }  // namespace drape::compare
 

@@ -116,8 +116,7 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     layings.push_back(&drape.input.measured);
     for (const SheetFile& repeat : drape.input.repeats) layings.push_back(&repeat);
   }
-  const std::map<std::string, std::string> twice = layings_twice(layings, Among::different_drapes),
-                                           unmoved = layings_twice(layings, Among::one_drape);
+  const std::vector<SameLaying> twice = layings_twice(layings);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const DrapeFiles& drape = session.drapes[i];
     outcome.reports.push_back(compare_drape(drape.input, options));
@@ -132,12 +131,9 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
       report.no_go.insert(report.no_go.begin() + (bad_calibration ? 1 : 0), why->second);
     std::set<std::string> own = {drape.input.measured.sha256};
     for (const SheetFile& repeat : drape.input.repeats) own.insert(repeat.sha256);
-    for (auto& [reasons, list] : {std::pair(&twice, &report.no_go), {&unmoved, &report.warnings}}) {
-      std::set<std::string> sentences;
-      for (const auto& [sheet, sentence] : *reasons)
-        if (own.contains(sheet)) sentences.insert(sentence);
-      list->insert(list->end(), sentences.begin(), sentences.end());
-    }
+    for (const SameLaying& one : twice)
+      if (own.contains(one.first) || own.contains(one.second))
+        (one.one_drape ? report.warnings : report.no_go).push_back(one.reason);
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     judge_repeats(drape.input, options, report);

@@ -270,15 +270,10 @@ Table wave_table(const DrapeInput& input) {
 Table strain_table(const RealVirtual& row) {
   Table table({"kind", "row", "col", "to_row", "to_col", "real_percent", "simulated_percent"},
               {1, 2, 3, 4, 5, 6});
-  const auto add = [&](const char* kind, MarkId from, MarkId to, double real, double simulated) {
-    table.add({kind, std::to_string(from.row), std::to_string(from.col), std::to_string(to.row),
-               std::to_string(to.col), text_in(percent, "{:.4f}", real),
-               text_in(percent, "{:.4f}", simulated)});
-  };
-  for (const EdgeStrain& e : row.strain.edges)
-    add(e.along_warp ? "warp" : "weft", e.from, e.to, e.real, e.simulated);
-  for (const AreaStrain& c : row.strain.cells)
-    add("area", c.corner, {c.corner.row + 1, c.corner.col + 1}, c.real, c.simulated);
+  for (const Strain& s : row.strain.strains)
+    table.add({s.kind, std::to_string(s.from.row), std::to_string(s.from.col),
+               std::to_string(s.to.row), std::to_string(s.to.col),
+               text_in(percent, "{:.4f}", s.real), text_in(percent, "{:.4f}", s.simulated)});
   return table;
 }
 
