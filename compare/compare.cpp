@@ -4,14 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
-#include <map>
 #include <numeric>
 #include <tuple>
-
-#include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

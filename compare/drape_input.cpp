@@ -3,21 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <iterator>
-#include <numbers>
 #include <set>
 #include <tuple>
-#include <variant>
 
-#include "compare/metrics/drapemeter.hpp"
 #include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/vectors.hpp"
-#include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

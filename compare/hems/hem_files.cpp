@@ -4,11 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <map>
-#include <numbers>
 #include <regex>
 #include <set>
 
@@ -19,8 +15,6 @@
 #include "core/parallel.hpp"
 #include "core/program/words.hpp"
 #include "core/simulation_files.hpp"
-#include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

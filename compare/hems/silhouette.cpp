@@ -4,19 +4,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
 #include "core/files/files.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/pictures/picture.hpp"
-#include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

@@ -4,15 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 
 #include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

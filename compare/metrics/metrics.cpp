@@ -4,12 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
-#include <cmath>
-#include <cstdint>
-#include <map>
 #include <numeric>
-#include <span>
 
 #include "core/geometry/rigid_motion.hpp"
 #include "core/geometry/vectors.hpp"

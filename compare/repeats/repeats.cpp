@@ -4,17 +4,14 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include "compare/metrics/metrics.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/files/files.hpp"
 #include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

@@ -4,26 +4,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <map>
-#include <numbers>
 #include <regex>
-#include <set>
 
-#include "compare/metrics/metrics.hpp"
-#include "compare/records/provenance.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/tables/match.hpp"
-#include "compare/tables/tables.hpp"
 #include "core/drape_mesh.hpp"
-#include "core/files/files.hpp"
 #include "core/geometry/body.hpp"
-#include "core/program/run_record.hpp"
 #include "core/program/words.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

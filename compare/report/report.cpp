@@ -7,14 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <regex>
-#include <set>
-#include <utility>
 
 #include "compare/report/account.hpp"
-#include "compare/schema/schema.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/drawing/svg.hpp"
-#include "core/files/files.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -4,14 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
-
-#include "core/scene.hpp"
-#include "core/statistics/sample.hpp"
-#include "core/units.hpp"
-
 namespace drape::compare {
 namespace {
 

@@ -3,14 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <set>
-#include <string_view>
-
 #include "compare/folds/folds.hpp"
 #include "core/files/files.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
