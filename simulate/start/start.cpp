@@ -163,8 +163,9 @@ double misfit_m(const TopMarks& top, const std::vector<Vector2d>& local) {
 
 /// Throws unless the marks fit a sheet laid on the object. A thread that is down by d from the
 /// highest mark loses at most d of its horizontal length (1 - cos <= sin), so a drape deviates from
-/// the flat sheet by at most descent plus extension. Else it is another cloth, or seen from behind.
-void require_laid(const Scene& scene, const TopMarks& top) {
+/// the flat sheet by at most descent plus extension. Between pins or clamps it may come down as far
+/// as the lowest mark. Else it is another cloth, or seen from behind.
+void require_laid(const Scene& scene, const Sheet& measured, const TopMarks& top) {
   Vector2d middle = Vector2d::Zero();
   double total = 0;
   for (std::size_t i = 0; i < top.local.size(); ++i) {
@@ -172,7 +173,12 @@ void require_laid(const Scene& scene, const TopMarks& top) {
     total += top.weight[i];
   }
   middle /= total;
-  const double fallen_m = rms_m(top, [&](std::size_t i) { return top.depth_m[i]; });
+  double fallen_m = rms_m(top, [&](std::size_t i) { return top.depth_m[i]; });
+  if (!scene.pins.empty() || !scene.clamps.empty()) {
+    const auto [lowest, highest] = std::ranges::minmax(
+        measured.marks, {}, [](const SheetMark& mark) { return mark.point_in_world.z(); });
+    fallen_m = highest.point_in_world.z() - lowest.point_in_world.z();
+  }
   const double most_m = fallen_m + kExtended * rms_m(top, [&](std::size_t i) {
                                      return (top.local[i] - middle).norm();
                                    });
@@ -494,7 +500,7 @@ FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured, do
   const Sheet& placing =
       need(measured, scene, "start.mode", "the measured sheet places the virtual one");
   FlatPose flat = fit_flat(placing, top_z_m, report);
-  require_laid(scene, top_marks_of(placing, top_z_m));
+  require_laid(scene, placing, top_marks_of(placing, top_z_m));
   flat.centre_in_world.z() = top_z_m + scene.start.clearance_m;
   return flat;
 }

@@ -125,6 +125,38 @@ TEST(Start, MarksOfAnotherClothOrOfOneSeenFromBehindPlaceNothing) {
   }
 }
 
+/// Pins at 92 % of the marks' own distance: the cloth sags between them by more than its top marks
+/// have come down.
+TEST(Start, MarksOfAClothThatSagsBetweenPinsPlaceIt) {
+  const Print print = read_print(bench() / "print.toml");
+  Scene scene = bench_scene("C");
+  scene.obstacles.clear();
+  scene.uncertainties.clear();
+  const FlatPose truth{{0, 0, 0.08}, 17 * deg};
+  Sheet sheet;
+  sheet.rows = sheet.cols = 11;
+  sheet.patch_m = print.patch_m;
+  sheet.source = MeasuredSource{};
+  for (int r = 0; r < 11; ++r)
+    for (int c = 0; c < 11; ++c) {
+      Vector3d p = truth.point_in_world(print.material_m({r, c}), print.patch_m);
+      p.head<2>() *= 0.92;
+      p.z() -= 0.5 * 35 * mm * (2 - std::pow(0.2 * r - 1, 2) - std::pow(0.2 * c - 1, 2));
+      sheet.marks.push_back({{r, c}, print.material_m({r, c}), p, {}, {}, {}});
+    }
+  const auto fault = [&] { return fault_of([&] { (void)local_scene(scene, sheet, 0.08); }); };
+  EXPECT_THAT(fault(), HasSubstr("miss the flat cloth")) << "no pin holds it";
+  for (const MarkId mark : {MarkId{0, 0}, MarkId{0, 10}, MarkId{10, 0}, MarkId{10, 10}}) {
+    Pin pin;
+    pin.mark = mark;
+    pin.point_in_world = sheet.find(mark)->point_in_world;
+    scene.pins.push_back(pin);
+  }
+  EXPECT_EQ(fault(), "");
+  for (SheetMark& mark : sheet.marks) mark.point_in_world.x() *= -1;
+  EXPECT_THAT(fault(), HasSubstr("its mirror image misses it by"));
+}
+
 // E lacks 44 of its 121 marks: below the cube's edges no two cameras see them well.
 TEST(MeasuredShape, KeepsTheMarksAndFillsTheOthersOutsideObjects) {
   const Print print = read_print(bench() / "print.toml");

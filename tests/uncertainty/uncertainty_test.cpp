@@ -365,9 +365,14 @@ TEST(Uncertainty, HoldsTheTrueMeanDistanceOfGridDrapes) {
       }
     }
     if (sets == 0) continue;
-    std::printf("%s: mean U %.3f mm, of the inputs %.3f, their error RMS %.3f, mesh %.3f mm\n",
-                folder.filename().c_str(), u_m / sets / mm, inputs_m / sets / mm,
-                std::sqrt(squares_m2 / sets) / mm, cloth.mesh_left_m() / mm);
+    std::printf(
+        "%s: mean U %.3f mm, of the inputs %.3f, their error RMS %.3f, mesh %.3f mm; so far U %d "
+        "of "
+        "%d and %d of %d, inputs %d of %d and %d of %d, another branch %d\n",
+        folder.filename().c_str(), u_m / sets / mm, inputs_m / sets / mm,
+        std::sqrt(squares_m2 / sets) / mm, cloth.mesh_left_m() / mm, far.inside, far.all,
+        near.inside, near.all, inputs_far.inside, inputs_far.all, inputs_near.inside,
+        inputs_near.all, jumped);
     std::fflush(stdout);
   }
   std::printf("%d drapes lost; of the benches %d on another branch, %d without rest or budget\n",
