@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A simulation is compared with the drape that it simulates, among the objects stated when its
 // marks were measured; sheets based on a NO-GO are NO-GO in all programs that read them.
-#include "compare/drape_input.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -9,13 +8,7 @@
 
 #include <cstdlib>
 
-#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "core/program/run_record.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

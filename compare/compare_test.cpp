@@ -1,19 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/compare.hpp"
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <set>
-
-#include "compare/store/inputs.hpp"
-#include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/program/run_record.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shapes with distances known in closed form, to 1e-9 m or better.
-#include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <numbers>
 #include <random>
 
-#include "compare/metrics/metrics.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/units.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::compare {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/drape_input.hpp"
 
 #include <fmt/format.h>
 
@@ -8,16 +7,9 @@
 #include <bit>
 
 #include "compare/history/results.hpp"
-#include "compare/history/verify.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/drape_mesh.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -3,13 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "core/program/run_record.hpp"
-#include "core/units.hpp"
-
 namespace drape::compare::test {
 namespace {
 

@@ -3,17 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <functional>
-#include <string>
-#include <vector>
-
-#include "compare/compare.hpp"
 #include "compare/history/verify.hpp"
-#include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/store/store.hpp"
-#include "core/sheet.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare::test {

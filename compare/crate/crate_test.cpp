@@ -5,15 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "compare/history/results.hpp"
-#include "compare/history/verify.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "core/program/run_record.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -2,7 +2,6 @@
 // Mean and band of the drapes of an ensemble, or of several samples.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
 
 #include "compare/hems/hem_files.hpp"

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Virtual drapes and the list next to them.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <numbers>
 
 #include "compare/hems/hem_files.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "tests/support/paths.hpp"

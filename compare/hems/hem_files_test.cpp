@@ -5,15 +5,8 @@
 #include <fmt/format.h>
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <functional>
-#include <numbers>
 
 #include "core/files/files.hpp"
-#include "core/sheet.hpp"
-#include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {

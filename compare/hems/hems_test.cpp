@@ -1,22 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <map>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "compare/hems/hem_files.hpp"
-#include "compare/hems/silhouette.hpp"
 #include "compare/hems/test_published.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

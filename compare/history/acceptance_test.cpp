@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/verify.hpp"
-#include "compare/store/outcome.hpp"
 
 #include <gmock/gmock.h>
 
 #include "compare/history/results.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/store/outcome.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 
-#include "compare/history/verify.hpp"
-#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/program/run_record.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

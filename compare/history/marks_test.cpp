@@ -3,12 +3,9 @@
 
 #include <gmock/gmock.h>
 
-#include <Eigen/Geometry>
 #include <random>
 
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

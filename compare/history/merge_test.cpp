@@ -5,14 +5,7 @@
 #include <stdlib.h>
 
 #include "compare/history/results.hpp"
-#include "compare/history/verify.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
-#include "compare/store/store.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -3,24 +3,14 @@
 // them as a user who may write nothing. What was acknowledged before a reader began is there, and
 // no reader sees a finding or an error.
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <atomic>
-#include <functional>
 
-#include "compare/compare.hpp"
-#include "compare/history/verify.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/files/files.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::compare {

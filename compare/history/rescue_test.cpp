@@ -5,19 +5,10 @@
 #include <openssl/evp.h>
 #include <openssl/pem.h>
 
-#include <memory>
 #include <random>
-#include <set>
 
 #include "compare/history/results.hpp"
-#include "compare/history/verify.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/manifest.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::compare {

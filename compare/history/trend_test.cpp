@@ -4,20 +4,10 @@
 
 #include <stdlib.h>
 
-#include <algorithm>
-#include <map>
 #include <random>
 
-#include "compare/history/results.hpp"
-#include "compare/history/verify.hpp"
 #include "compare/report/report.hpp"
-#include "compare/store/manifest.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -5,22 +5,11 @@
 
 #include <stdlib.h>
 
-#include <algorithm>
 #include <fstream>
-#include <functional>
 #include <random>
-#include <set>
 
 #include "compare/history/results.hpp"
-#include "compare/history/verify.hpp"
-#include "compare/records/provenance.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::compare {

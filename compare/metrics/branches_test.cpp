@@ -1,20 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/drape_input.hpp"
 
 #include <gmock/gmock.h>
 
-#include <Eigen/Geometry>
-#include <numbers>
-
 #include "compare/history/results.hpp"
-#include "compare/history/verify.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

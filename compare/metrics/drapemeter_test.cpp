@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/metrics/drapemeter.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <numbers>
 
 #include "compare/test_sheets.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/metrics/metrics.hpp"
-
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
 
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

@@ -3,17 +3,9 @@
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
-#include <cmath>
 #include <cstdlib>
-#include <map>
 
 #include "compare/test_sheets.hpp"
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "core/program/run_record.hpp"
-#include "core/sheet.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -2,12 +2,9 @@
 #include "compare/repeats/repeats.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/repeats/repeats.hpp"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdio>
-#include <map>
-#include <numbers>
-#include <numeric>
 #include <random>
 
 #include "compare/hems/test_published.hpp"
 #include "compare/repeats/test_prior.hpp"
-#include "core/statistics/sample.hpp"
 
 namespace drape::compare {
 namespace {

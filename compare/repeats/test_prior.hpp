@@ -5,7 +5,6 @@
 #include <boost/math/special_functions/trigamma.hpp>
 #include <cmath>
 #include <numeric>
-#include <vector>
 
 #include "compare/repeats/repeats.hpp"
 

@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
-#include <cmath>
 #include <cstdlib>
 #include <iterator>
 #include <regex>
@@ -15,12 +14,7 @@
 
 #include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -3,18 +3,11 @@
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <regex>
 #include <sstream>
 
-#include "compare/history/results.hpp"
 #include "compare/report/account.hpp"
-#include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

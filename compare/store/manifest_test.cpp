@@ -6,16 +6,9 @@
 #include <unistd.h>
 
 #include <iostream>
-#include <map>
 
 #include "compare/history/results.hpp"
-#include "compare/history/verify.hpp"
-#include "compare/store/store.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -1,23 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/verify.hpp"
-#include "compare/store/outcome.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
-#include <map>
-
-#include "compare/history/results.hpp"
 #include "compare/report/report.hpp"
-#include "compare/schema/schema.hpp"
-#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

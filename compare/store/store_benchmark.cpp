@@ -4,13 +4,9 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <benchmark/benchmark.h>
 
-#include <filesystem>
-
 #include "compare/history/results.hpp"
 #include "compare/history/verify.hpp"
 #include "compare/store/outcome.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

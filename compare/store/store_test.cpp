@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/store/store.hpp"
-#include "compare/history/verify.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
@@ -11,16 +9,9 @@
 
 #include <csignal>
 #include <fstream>
-#include <map>
 
 #include "compare/history/results.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

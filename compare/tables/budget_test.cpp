@@ -4,17 +4,11 @@
 // Every source that the budget lists errs as it says: no picture is rendered and no cloth
 // simulated.
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <cstdio>
-#include <functional>
-#include <map>
 #include <random>
 
 #include "compare/tables/match.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/units.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::compare {

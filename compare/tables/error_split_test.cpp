@@ -1,20 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/tables/tables.hpp"
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
-
 #include "compare/report/account.hpp"
 #include "compare/report/report.hpp"
-#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
-#include "core/program/run_record.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

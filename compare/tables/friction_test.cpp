@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Friction in the budget of a drape.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "compare/tables/match.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

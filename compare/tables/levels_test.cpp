@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The mesh of a drape as used by the comparison and the budget.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 
 #include "compare/tables/match.hpp"
-#include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {

@@ -5,13 +5,9 @@
 
 #include <gmock/gmock.h>
 
-#include <cmath>
 #include <random>
 
 #include "compare/test_sheets.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {
