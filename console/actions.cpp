@@ -5,14 +5,9 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <exception>
-#include <set>
-#include <string_view>
 
 #include "console/console.hpp"
-#include "core/fields/records.hpp"
 #include "core/program/words.hpp"
-#include "core/units.hpp"
 
 namespace drape::console {
 
@@ -265,13 +260,9 @@ std::vector<Call> object_calls(const Bench& bench, const Drape& drape) {
   std::vector<Call> calls;
   for (const ObjectTags& plate : drape.scene.tags) {
     if (!files.is_taken(plate.set)) continue;
-    Call call{words_of("object", files.look_file(plate.set), "--calibration",
-                       bench.session.run.calibration(), "--set", plate.set, "--scene",
-                       files.look().scene(drape.scene, calls.size()), "--object", plate.object,
-                       "--scene-out", files.look().scene(drape.scene, calls.size() + 1), "--out",
-                       files.look().object(drape.scene, plate.object))};
-    for (const auto& [option, value] : plate.lies())
-      call.words.insert(call.words.end(), {option, fmt::format("{}", value)});
+    Call call{object_arguments(files.look(), drape.scene, plate, calls.size(),
+                               files.look_file(plate.set), bench.session.run.calibration())};
+    call.words.insert(call.words.begin(), "object");
     calls.push_back(std::move(call));
   }
   return calls;
@@ -297,7 +288,7 @@ void write_rig(const Bench& bench) {
       fmt::format("# Made by `drape bench`: {} with the sets that were taken.\n",
                   session.rig_file.filename().string()) +
       text_in(session.own, std::move(rig));
-  write_where_new(files.rig_file(), text);
+  write_where_new(files.look().rig(), text);
   // `drape run` looks for it beside the rig.
   const fs::path accepted = session.rig_file.parent_path() / "acceptance.json";
   const fs::path copy = session.own / "acceptance.json";
@@ -308,7 +299,7 @@ void write_rig(const Bench& bench) {
 }
 
 Call run_call_of(Bench& bench, const std::vector<std::string>& more) {
-  Call call{words_of("run", bench.files.rig_file(), "--recording", bench.session.recording_folder,
+  Call call{words_of("run", bench.files.look().rig(), "--recording", bench.session.recording_folder,
                      "--out", bench.session.out),
             [&bench] { write_rig(bench); }};
   call.words.insert(call.words.end(), more.begin(), more.end());
@@ -325,7 +316,10 @@ void require_not_being_taken(const Bench& bench, const std::vector<std::string>&
 
 bool can_calibrate(const Bench& bench) {
   const std::vector<std::string> sets = bench.files.taken_target_sets();
-  return sets.size() >= kLeastSets && bench.session.bench()->is_stage(sets.front());
+  const auto files = bench.session.bench();
+  const std::vector<TargetStage>& stages = files->rig.stages;
+  return sets.size() >= kLeastSets &&
+         std::ranges::find(stages, sets.front(), &TargetStage::set) != stages.end();
 }
 
 void require_calibrated(const Bench& bench) {
@@ -340,10 +334,12 @@ void require_drape(const Bench& bench, const Drape& drape) {
     throw bad_input("the drape's set was not taken", {.set = drape.scene.set}, "take it");
   for (const ObjectTags& plate : drape.scene.tags)
     if (!files.is_taken(plate.set))
-      throw bad_input(fmt::format("the plate of tags is {}, but the scene asks for it",
-                                  files.is_left_out(plate.set) ? "left out" : "not taken"),
-                      {.file = drape.scene.file.string(), .field = "tags_set", .set = plate.set},
-                      "take it, or take its tags_ lines out of the scene");
+      throw bad_input(
+          fmt::format(
+              "the plate of tags is {}, but the scene asks for it",
+              bench.session.word_on(plate.set) == std::optional(false) ? "left out" : "not taken"),
+          {.file = drape.scene.file.string(), .field = "tags_set", .set = plate.set},
+          "take it, or take its tags_ lines out of the scene");
   require_not_being_taken(bench, bench.session.sets_of(drape));
 }
 

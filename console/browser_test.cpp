@@ -5,12 +5,10 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <thread>
 
 #include "core/files/files.hpp"
 #include "tests/support/browser.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/running_bench.hpp"
 #include "tests/support/small_bench.hpp"
 #include "tests/support/trials.hpp"

@@ -8,28 +8,17 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <Eigen/Core>
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <span>
-#include <string_view>
-#include <thread>
 #include <tuple>
-#include <utility>
 
 #include "console/console.hpp"
-#include "core/files/files.hpp"
-#include "core/program/child.hpp"
 #include "core/statistics/sample.hpp"
 
 namespace drape::console {
@@ -357,8 +346,6 @@ class Cameras::Capture {
     if (const pid_t pid = pid_; pid > 0) ::kill(pid, SIGTERM);
     thread_.join();
   }
-  Capture(const Capture&) = delete;
-  Capture& operator=(const Capture&) = delete;
 
   [[nodiscard]] std::string shown() const {
     return Call{{words_.begin(), words_.end() - 2}}.shown();

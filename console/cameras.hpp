@@ -126,8 +126,6 @@ class Cameras {
  public:
   explicit Cameras(Bench& bench);
   ~Cameras();
-  Cameras(const Cameras&) = delete;
-  Cameras& operator=(const Cameras&) = delete;
 
   void open();  ///< throws Error(bad_input) while they are open
   void close();

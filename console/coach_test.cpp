@@ -7,9 +7,7 @@
 #include <Eigen/LU>
 #include <random>
 
-#include "core/error.hpp"
 #include "core/geometry/next_pose.hpp"
-#include "core/units.hpp"
 
 namespace drape::console {
 namespace {

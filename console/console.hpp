@@ -59,8 +59,6 @@ class Jobs {
   /// Calls `changed` after every change of a job, and `ended` once when it is over.
   Jobs(std::function<void(const Job&)> changed, std::function<void(const Job&)> ended);
   ~Jobs();
-  Jobs(const Jobs&) = delete;
-  Jobs& operator=(const Jobs&) = delete;
 
   /// Throws Error(bad_input) if too many are waiting.
   int add(std::string kind, std::string what, std::vector<Call> calls);

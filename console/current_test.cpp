@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <memory>
 
 #include "core/files/files.hpp"
 #include "core/recording.hpp"

@@ -7,19 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <string_view>
 
 #include "console/console.hpp"
 #include "console/server/server.hpp"
-#include "core/fields/fields.hpp"
-#include "core/files/files.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::console {

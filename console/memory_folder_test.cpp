@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/cameras.hpp"
 
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
-#include <string>
 
-#include "core/error.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/paths.hpp"
 

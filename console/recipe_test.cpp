@@ -10,12 +10,8 @@
 #include <random>
 
 #include "console/console.hpp"
-#include "core/camera_model.hpp"
-#include "core/files/files.hpp"
 #include "core/geometry/next_pose.hpp"
-#include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 #include "tests/support/trials.hpp"
 

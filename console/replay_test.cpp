@@ -7,12 +7,9 @@
 #include <chrono>
 #include <thread>
 
-#include "core/camera_model.hpp"
 #include "core/files/files.hpp"
 #include "core/scene.hpp"
-#include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/running_bench.hpp"
 #include "tests/support/small_bench.hpp"
 

@@ -15,7 +15,6 @@
 #include <random>
 
 #include "core/files/files.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/running_bench.hpp"
 #include "tests/support/small_bench.hpp"
 

@@ -12,10 +12,8 @@
 #include <cmath>
 #include <cstring>
 #include <sstream>
-#include <utility>
 
 #include "console/console.hpp"
-#include "core/scene.hpp"
 #include "core/statistics/sample.hpp"
 
 namespace drape::console {
@@ -139,11 +137,6 @@ const ObjectTags* BenchFiles::plate_of(const std::string& set) const {
   return nullptr;
 }
 
-bool BenchFiles::is_stage(const std::string& set) const {
-  return std::any_of(rig.stages.begin(), rig.stages.end(),
-                     [&](const TargetStage& stage) { return stage.set == set; });
-}
-
 std::vector<std::string> BenchFiles::target_sets() const {
   std::vector<std::string> sets;
   for (const TargetStage& stage : rig.stages) sets.push_back(stage.set);
@@ -152,8 +145,8 @@ std::vector<std::string> BenchFiles::target_sets() const {
 }
 
 bool BenchFiles::is_target_set(const std::string& set) const {
-  const auto& poses = rig.free_poses;
-  return is_stage(set) || std::find(poses.begin(), poses.end(), set) != poses.end();
+  const std::vector<std::string> sets = target_sets();
+  return std::find(sets.begin(), sets.end(), set) != sets.end();
 }
 
 Session::Session(const ConsoleOptions& asked, Tell told)
@@ -482,11 +475,8 @@ std::shared_ptr<const Calibration> Files::calibration() const {
 }
 
 std::shared_ptr<const Sheet> Files::sheet(const std::string& drape) const {
-  return why_superseded(sheet_file(drape)) ? nullptr : sheet_in(sheet_file(drape));
-}
-
-std::shared_ptr<const Sheet> Files::sheet_in(const fs::path& file) const {
-  return file.empty() ? nullptr : kept<Sheet>(contents_, file, read_sheet);
+  if (why_superseded(sheet_file(drape))) return nullptr;
+  return kept<Sheet>(contents_, sheet_file(drape), read_sheet);
 }
 
 std::shared_ptr<const RunFile> Files::record_of(const fs::path& output) const {
@@ -541,10 +531,6 @@ bool Files::is_taken(const std::string& set) const {
   });
 }
 
-bool Files::is_left_out(const std::string& set) const {
-  return session_.word_on(set) == std::optional(false);
-}
-
 std::vector<std::string> Files::taken_target_sets() const {
   std::vector<std::string> sets = session_.bench()->target_sets();
   std::erase_if(sets, [&](const std::string& set) { return !is_taken(set); });
@@ -591,7 +577,8 @@ Reason Files::superseded(const fs::path& output, const std::string& set,
   for (const RecordedFile& input : run->inputs) {
     for (const std::string& one : input.sets)
       if (set.empty() || one == set) {
-        if (set.empty() && is_left_out(one)) return fmt::format("`{}` is left out", one);
+        if (set.empty() && session_.word_on(one) == std::optional(false))
+          return fmt::format("`{}` is left out", one);
         if (auto why = superseded_pictures(output, one)) return why;
       }
     if (!input.sets.empty()) continue;
@@ -609,7 +596,7 @@ Reason Files::superseded_input(const fs::path& output, const RecordedFile& input
   const bool is_ours = is_below(file, out) && is_made(file);
   if (!holds(record, input))
     return fmt::format("`{}` was {} since", shown(file), is_ours ? "made again" : "edited");
-  for (const fs::path& made : {out / "rig.toml", one_name(rig_file()), one_name(look_rig_file())})
+  for (const fs::path& made : {out / "rig.toml", one_name(look().rig()), one_name(look_rig_file())})
     if (file == made) return rig_difference(file);
   if (file == one_name(session_.own / "acceptance.json")) {  // a copy of the rig's
     const fs::path source = session_.rig_file.parent_path() / "acceptance.json";

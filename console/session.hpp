@@ -37,8 +37,6 @@ class SessionLog {
   explicit SessionLog(
       fs::path file, std::function<std::string()> clock = [] { return utc_text(); });
   ~SessionLog();
-  SessionLog(const SessionLog&) = delete;
-  SessionLog& operator=(const SessionLog&) = delete;
 
   /// Adds "at", "who" and "what" to the fields of `more` and appends the line. Throws
   /// Error(bad_input) with the system's reason if it cannot be written (disk full).
@@ -86,7 +84,6 @@ struct BenchFiles {
   /// Throws Error(bad_input) if the rig has no such drape.
   [[nodiscard]] const Drape& drape(const std::string& name) const;
   [[nodiscard]] const ObjectTags* plate_of(const std::string& set) const;
-  [[nodiscard]] bool is_stage(const std::string& set) const;
   [[nodiscard]] std::vector<std::string> target_sets() const;  ///< stages, then free poses
   [[nodiscard]] bool is_target_set(const std::string& set) const;
 };
@@ -170,21 +167,19 @@ class Files {
   [[nodiscard]] fs::path sheet_file(const std::string& drape) const {
     return session_.out / drape / "sheet.json";
   }
-  /// Rig with the sets that were taken, for `drape run`.
-  [[nodiscard]] fs::path rig_file() const { return session_.own / "rig.toml"; }
   /// Part of the rig that a first detection needs.
   [[nodiscard]] fs::path look_rig_file() const { return session_.own / "look.toml"; }
   /// The console's own first detection of marks in a set, or of an object's plate.
   [[nodiscard]] fs::path look_file(const std::string& set) const {
     return session_.own / "detections" / (set + ".json");
   }
-  /// Objects at the positions measured by the console's own first detections.
+  /// Objects at the positions measured by the console's own first detections, and the rig with the
+  /// sets that were taken, for `drape run`.
   [[nodiscard]] RunFolder look() const { return {session_.own}; }
 
   // ---- the one table: what is taken, measured, reported, and what of it is superseded -----------
   // True if taken according to the log; otherwise if a run contains the set.
   [[nodiscard]] bool is_taken(const std::string& set) const;
-  [[nodiscard]] bool is_left_out(const std::string& set) const;  ///< true if taken but excluded
   [[nodiscard]] std::vector<std::string> taken_target_sets() const;
   [[nodiscard]] bool is_made(const fs::path& output) const;  ///< whatever its inputs
   /// Checks the record of the output and those of its inputs. For a file of marks with several sets
@@ -202,7 +197,6 @@ class Files {
   [[nodiscard]] std::shared_ptr<const Detections> marks(const std::string& set) const;
   [[nodiscard]] std::shared_ptr<const Calibration> calibration() const;
   [[nodiscard]] std::shared_ptr<const Sheet> sheet(const std::string& drape) const;
-  [[nodiscard]] std::shared_ptr<const Sheet> sheet_in(const fs::path& file) const;
   [[nodiscard]] std::shared_ptr<const RunFile> record_of(const fs::path& output) const;
   /// The scene with those objects whose plates were measured at their measured positions.
   [[nodiscard]] Scene measured_scene(const Drape& drape) const;

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "console/session.hpp"
 
 #include <gmock/gmock.h>
 
 #include "console/console.hpp"
-#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::console {

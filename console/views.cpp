@@ -8,17 +8,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <map>
-#include <numbers>
-#include <vector>
 
 #include "console/console.hpp"
-#include "core/camera_model.hpp"
 #include "core/geometry/next_pose.hpp"
 #include "core/geometry/point.hpp"
-#include "core/geometry/rigid_motion.hpp"
 #include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 
 namespace drape::console {
 namespace {
@@ -39,9 +33,8 @@ Json point_px(const Vector2d& point) {
 
 /// x, y, z in mm, rounded to a hundredth.
 Json point_mm(const Vector3d& point) {
-  Json list = Json::array();
-  for (int k = 0; k < 3; ++k) list.push_back(rounded(point[k] / mm, 100));
-  return list;
+  const Vector3d mms = point / mm;
+  return {rounded(mms.x(), 100), rounded(mms.y(), 100), rounded(mms.z(), 100)};
 }
 
 template <class T>
@@ -65,18 +58,15 @@ Json places(const FrameDetections& frame, int step = 1) {
   };
   Json marks = Json::array(), rejected = Json::array();
   for (const Detection& dot : frame.detections) {
-    Json one = point_px(sensor_px(dot.centre_px));
-    one.push_back(rounded(step * dot.semi_axes_px.x(), 10));
-    one.push_back(rounded(step * dot.semi_axes_px.y(), 10));
-    one.push_back(rounded(dot.axis_angle_rad / units::deg, 10));
-    one.push_back(fmt::format("{},{}", dot.mark.row, dot.mark.col));
-    marks.push_back(std::move(one));
+    const Vector2d at = sensor_px(dot.centre_px), axes = step * dot.semi_axes_px;
+    marks.push_back({rounded(at.x(), 10), rounded(at.y(), 10), rounded(axes.x(), 10),
+                     rounded(axes.y(), 10), rounded(dot.axis_angle_rad / units::deg, 10),
+                     fmt::format("{},{}", dot.mark.row, dot.mark.col)});
   }
   for (const Rejection& one : frame.rejections)
     if (one.centre_px) {
-      Json place = point_px(sensor_px(*one.centre_px));
-      place.push_back(one.reason);
-      rejected.push_back(std::move(place));
+      const Vector2d at = sensor_px(*one.centre_px);
+      rejected.push_back({rounded(at.x(), 10), rounded(at.y(), 10), one.reason});
     }
   return {{"marks", marks}, {"rejected", rejected}};
 }

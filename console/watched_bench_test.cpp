@@ -6,11 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cstdio>
-#include <cstdlib>
-#include <mutex>
 #include <stdexcept>
 
 #include "core/recording.hpp"

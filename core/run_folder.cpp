@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/run_folder.hpp"
 
+#include <fmt/format.h>
+
 #include "core/files/files.hpp"
+#include "core/program/child.hpp"
 
 namespace drape {
 
@@ -18,6 +21,18 @@ std::vector<Laying> layings_of(const Scene& scene, const Rig& rig) {
       all.push_back(std::move(laying));
   }
   return all;
+}
+
+std::vector<std::string> object_arguments(const RunFolder& files, const Scene& scene,
+                                          const ObjectTags& plate, std::size_t located,
+                                          const fs::path& detections, const fs::path& calibration) {
+  std::vector<std::string> words =
+      words_of(detections, "--calibration", calibration, "--set", plate.set, "--scene",
+               files.scene(scene, located), "--object", plate.object, "--scene-out",
+               files.scene(scene, located + 1), "--out", files.object(scene, plate.object));
+  for (const auto& [option, value] : plate.lies())
+    words.insert(words.end(), {option, fmt::format("{}", value)});
+  return words;
 }
 
 std::string text_in(const fs::path& folder, Rig rig) {

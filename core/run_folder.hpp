@@ -55,6 +55,14 @@ struct RunFolder {
   }
 };
 
+/// Arguments of `drape object` for a plate of a scene of which `located` plates were located
+/// before; the result goes to `files`.
+[[nodiscard]] std::vector<std::string> object_arguments(const RunFolder& files, const Scene& scene,
+                                                        const ObjectTags& plate,
+                                                        std::size_t located,
+                                                        const std::filesystem::path& detections,
+                                                        const std::filesystem::path& calibration);
+
 /// Text of a rig for a file in this folder: its paths are relative to the folder.
 [[nodiscard]] std::string text_in(const std::filesystem::path& folder, Rig rig);
 

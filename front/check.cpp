@@ -5,19 +5,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <fstream>
-#include <map>
 #include <set>
 #include <system_error>
 
 #include "core/acceptance_file.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/words.hpp"
 #include "core/recording.hpp"
-#include "core/units.hpp"
 #include "front/process.hpp"
 
 namespace drape {
@@ -340,7 +336,8 @@ void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchC
       return;
     }
     // Only warnings with a location; the others list unmeasured values.
-    for (const std::string& warning : warnings_in(result))
+    const Ending ending = ending_in(result.output).value_or(Ending{});
+    for (const std::string& warning : ending.warnings)
       if (count == segments.front() && warning.starts_with(file.string() + ", "))
         check.warnings.push_back(warning);
   }
@@ -481,7 +478,7 @@ void check_meshes(const Scene& scene, BenchCheck& check) {
   if (meshes == 0) return;
   check.files += static_cast<int>(meshes);
   if (const auto error =
-          error_of_stage("simulate", {scene.file.string(), "--check-objects", "--json"}))
+          error_in(result_of_stage("simulate", {scene.file.string(), "--check-objects", "--json"})))
     check.add(*error);
 }
 

@@ -3,10 +3,8 @@
 
 #include <gmock/gmock.h>
 
-#include <string>
 #include <tuple>
 
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "tests/support/small_bench.hpp"
 

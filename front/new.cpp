@@ -7,14 +7,10 @@
 #include <unistd.h>
 
 #include <iostream>
-#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
-#include <string_view>
 
-#include "core/fields/records.hpp"
-#include "core/files/files.hpp"
 #include "core/program/words.hpp"
 #include "front/check.hpp"
 #include "front/process.hpp"

@@ -3,15 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include <functional>
-
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/rig.hpp"
-#include "core/scene.hpp"
-#include "core/units.hpp"
 #include "front/check.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape {

@@ -54,11 +54,6 @@ std::optional<Error> error_in(const StepResult& result) {
                fmt::format("a program ended with code {}", result.exit_code), {}, "");
 }
 
-std::vector<std::string> warnings_in(const StepResult& result) {
-  const auto ending = ending_in(result.output);
-  return ending ? ending->warnings : std::vector<std::string>();
-}
-
 StepResult result_of_stage(const std::string& stage, std::vector<std::string> arguments) {
   StageCall call = call_of(stage, std::move(arguments));
   StepResult result;
@@ -67,10 +62,6 @@ StepResult result_of_stage(const std::string& stage, std::vector<std::string> ar
       [](std::size_t, double, const std::string&) {},
       [&](std::size_t, const StepResult& ended) { result = ended; }, Interrupts::signal);
   return result;
-}
-
-std::optional<Error> error_of_stage(const std::string& stage, std::vector<std::string> arguments) {
-  return error_in(result_of_stage(stage, std::move(arguments)));
 }
 
 void become(const fs::path& program, const std::vector<std::string>& arguments) {

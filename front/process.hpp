@@ -26,16 +26,9 @@ class Interrupts {
 /// none.
 [[nodiscard]] std::optional<Error> error_in(const StepResult& result);
 
-/// Warnings of a program started with --json.
-[[nodiscard]] std::vector<std::string> warnings_in(const StepResult& result);
-
 /// Runs a stage's program without showing its output.
 [[nodiscard]] StepResult result_of_stage(const std::string& stage,
                                          std::vector<std::string> arguments);
-
-/// Same, but returns its error; nullopt if it succeeded.
-[[nodiscard]] std::optional<Error> error_of_stage(const std::string& stage,
-                                                  std::vector<std::string> arguments);
 
 /// Replaces this process with the program; throws Error if it cannot be started.
 [[noreturn]] void become(const std::filesystem::path& program,

@@ -3,11 +3,8 @@
 
 #include <algorithm>
 
-#include "core/files/files.hpp"
-#include "core/rig.hpp"
 #include "front/check.hpp"
 #include "front/run.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape {

@@ -7,13 +7,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <map>
-#include <set>
 
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/progress.hpp"
-#include "core/program/run_record.hpp"
 #include "core/program/words.hpp"
 #include "core/rig.hpp"
 #include "core/run_folder.hpp"
@@ -146,16 +142,12 @@ Group object_group(const Bench& bench) {
     for (std::size_t k = 0; k < drape.scene.tags.size(); ++k) {
       const ObjectTags& plate = drape.scene.tags[k];
       const fs::path output = bench.files.object(drape.scene, plate.object);
-      const fs::path scene = bench.files.scene(drape.scene, k + 1);
-      Words words = words_of(bench.files.object(drape.scene, plate.object, "-detections"),
-                             "--calibration", bench.files.calibration(), "--set", plate.set,
-                             "--scene", bench.files.scene(drape.scene, k), "--object", plate.object,
-                             "--scene-out", scene, "--out", output);
-      for (const auto& [option, value] : plate.lies())
-        append(words, {option, fmt::format("{}", value)});
+      Words words = object_arguments(bench.files, drape.scene, plate, k,
+                                     bench.files.object(drape.scene, plate.object, "-detections"),
+                                     bench.files.calibration());
       RunStep step =
           step_of("object", plate_name(drape, plate), std::move(words), output, drape.scene.name);
-      step.outputs.push_back(scene);
+      step.outputs.push_back(bench.files.scene(drape.scene, k + 1));
       group.steps.push_back(std::move(step));
     }
   }

@@ -16,10 +16,8 @@
 #include <chrono>
 #include <csignal>
 #include <list>
-#include <memory>
 #include <set>
 #include <sstream>
-#include <string_view>
 #include <utility>
 
 #include "core/error.hpp"
@@ -262,8 +260,6 @@ class HttpServer : public WebServer {
     events_.ring([this] { asio::post(context_, [this] { wake_readers(); }); });
   }
   ~HttpServer() override { events_.ring({}); }
-  HttpServer(const HttpServer&) = delete;
-  HttpServer& operator=(const HttpServer&) = delete;
 
   [[nodiscard]] std::vector<std::string> addresses() const override {
     std::vector<std::string> all;
