@@ -409,25 +409,16 @@ Json live_marks_view(Bench& bench, const Query& query) {
 Json frame_view(Bench& bench, const Query& query) {
   const std::string set = asked(query, "set");
   bench.session.require_set(set);
-  Json json = Json::array();
+  Json json = {{"set", set}, {"cameras", Json::object()}};
   const auto recorded = bench.files.recording();
   const FrameSet& frames = recorded->set(set);
-  const auto seen = bench.files.marks(set);
-  for (const RecordedFrame& frame : frames.frames) {
-    const Picture shown = bench.pictures.picture(*recorded, frames, frame, 640, true);
-    Json one = {{"camera", frame.camera},
-                {"saturated_percent", 100 * shown.saturated_fraction},
-                {"sigma_px", Json()},
-                {"noise_grey", Json()}};
-    if (seen)
-      for (const FrameDetections& of : seen->frames)
-        if (of.camera == frame.camera) {
-          one["sigma_px"] = optional_json(sigma_px(of));
-          one["noise_grey"] = optional_json(of.noise_sigma);
-        }
-    json.push_back(std::move(one));
-  }
-  return {{"set", set}, {"cameras", json}};
+  for (const RecordedFrame& frame : frames.frames)
+    json["cameras"][frame.camera]["saturated_percent"] =
+        100 * bench.pictures.picture(*recorded, frames, frame, 640, true).saturated_fraction;
+  if (const auto seen = bench.files.marks(set))
+    for (const FrameDetections& frame : seen->frames)
+      json["cameras"][frame.camera]["sigma_px"] = optional_json(sigma_px(frame));
+  return json;
 }
 
 // ---- calibration -----------------------------------------------------------------------------
@@ -440,9 +431,8 @@ Json coverage_view(Bench& bench, const Query&) {
     const auto seen = bench.files.marks(set);
     if (!seen) continue;
     for (const FrameDetections& frame : seen->frames) {
-      Json& list = json["cameras"][frame.camera];
-      if (list.is_null()) list = Json::array();
-      for (const Detection& dot : frame.detections) list.push_back(point_px(dot.centre_px));
+      for (const Detection& dot : frame.detections)
+        json["cameras"][frame.camera].push_back(point_px(dot.centre_px));
     }
     if (!now) continue;
     if (const auto measured = measure_target(*now, bench.session.bench()->target, seen->frames))

@@ -173,7 +173,7 @@ export async function draw(state, redraw) {
   }
   const [facts, found] = await Promise.all([ask('frame', {set: shown}), ask('marks', {set: shown})]);
   const views = state.cameras.map(camera => {
-    const fact = facts.cameras.find(one => one.camera === camera.name) ?? {};
+    const fact = facts.cameras[camera.name] ?? {};
     const sigma = fact.sigma_px ? `, a dot's centre to ${fact.sigma_px.toFixed(4)} px` : '';
     return cameraView(camera, set, red, marks ? markDrawings(found.cameras[camera.name]) : [],
       `${camera.name}: ${(fact.saturated_percent ?? 0).toFixed(3)} % saturated${sigma}`);
