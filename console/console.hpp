@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
 #include <deque>
-#include <functional>
-#include <map>
-#include <optional>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "console/cameras.hpp"
 #include "console/session.hpp"
