@@ -9,9 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <optional>
 #include <sstream>
-#include <utility>
 
 #include "core/files/files.hpp"
 #include "core/units.hpp"

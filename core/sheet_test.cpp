@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 

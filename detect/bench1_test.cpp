@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares the whole stage with the renderer's truth.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <utility>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "detect/detect.hpp"
 #include "tests/support/bench1_truth.hpp"

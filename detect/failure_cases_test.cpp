@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Failures of a bench: each case must end in right labels or in a rejection with its reason, never
 // in a wrong label.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <iostream>
 #include <opencv2/core.hpp>
 #include <ostream>
-#include <random>
 
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "detect/test_pictures.hpp"
+#include "tests/support/small_bench.hpp"
 
 namespace drape::test {
 
@@ -115,10 +114,14 @@ INSTANTIATE_TEST_SUITE_P(
         View{.name = "BarrelDistortion", .view = barrel()}),
     [](const auto& view) { return std::string(view.param.name); });
 
-TEST(FailureCases, ADotHalfHiddenByAFoldIsNotMeasured) {
-  // The cloth turns away just beyond the centre of column 2's dots, and returns.
-  const Print print = small_print();
+class FailureCases : public testing::Test {
+ protected:
+  Print print = small_print();
   ClothView view;
+};
+
+TEST_F(FailureCases, ADotHalfHiddenByAFoldIsNotMeasured) {
+  // The cloth turns away just beyond the centre of column 2's dots, and returns.
   view.slope_rad = [](double s) { return s > 50.5 && s < 58 ? 100 * deg : 0.0; };
   const ClothPicture picture(print, view);
   const Look look = look_at(picture, print);
@@ -127,11 +130,9 @@ TEST(FailureCases, ADotHalfHiddenByAFoldIsNotMeasured) {
   EXPECT_GE(look.right, 2 * side);
 }
 
-TEST(FailureCases, AFoldThatHidesExactlyOneColumnShiftsNoLabel) {
+TEST_F(FailureCases, AFoldThatHidesExactlyOneColumnShiftsNoLabel) {
   // The layer beyond 53 mm covers the part before it: column 2 is hidden, and column 1 is seen
   // where column 2 would be. The tags on either side label it differently.
-  const Print print = small_print();
-  ClothView view;
   view.slope_rad = [](double s) { return s > 43 && s < 53 ? 180 * deg : 0.0; };
   const ClothPicture picture(print, view);
   const Look look = look_at(picture, print);
@@ -140,13 +141,12 @@ TEST(FailureCases, AFoldThatHidesExactlyOneColumnShiftsNoLabel) {
   EXPECT_THAT(reason_at(look.frame, *picture.seen_px({2, 1})), HasSubstr("no label"));
 }
 
-TEST(FailureCases, TwoLayersWhoseDotsRunOnAcrossTheEdgeStayApart) {
+TEST_F(FailureCases, TwoLayersWhoseDotsRunOnAcrossTheEdgeStayApart) {
   // Folded back by exactly one pitch: behind the edge the lattice seems to continue undisturbed.
-  const Print print = small_print();
   int labels = 0, visible = 0, wrong = 0;
   for (const double back : {9.0, 10.0, 11.0, 20.0}) {
     for (int at = 41; at < 70; at += 5) {
-      ClothView view;
+      view = {};
       view.turn_rad = at / 10.0;
       view.px_per_mm = 3.7;
       view.width_px = view.height_px = 640;
@@ -162,16 +162,13 @@ TEST(FailureCases, TwoLayersWhoseDotsRunOnAcrossTheEdgeStayApart) {
   EXPECT_GE(labels, 0.7 * visible);
 }
 
-TEST(FailureCases, AMirroredImageAndTheBackAreNotLabelled) {
-  const Print print = small_print();
+TEST_F(FailureCases, AMirroredImageAndTheBackAreNotLabelled) {
   const FrameDetections frame = detected(mirrored(ClothPicture(print, {}).draw()), print);
   EXPECT_TRUE(frame.detections.empty());
   EXPECT_TRUE(frame.tags.empty());
 }
 
-TEST(FailureCases, AHighlightOnADotSaturatesIt) {
-  const Print print = small_print();
-  ClothView view;
+TEST_F(FailureCases, AHighlightOnADotSaturatesIt) {
   const Eigen::Vector2d at = *ClothPicture(print, view).seen_px({3, 3});
   view.light = [at](double u, double v) {
     const double r2 = (Eigen::Vector2d(u, v) - at - Eigen::Vector2d(8, 0)).squaredNorm();
@@ -186,9 +183,7 @@ TEST(FailureCases, AHighlightOnADotSaturatesIt) {
   EXPECT_GE(look.right, all - 2);
 }
 
-TEST(FailureCases, AShadowsEdgeThroughADotIsRightOrNamed) {
-  const Print print = small_print();
-  ClothView view;
+TEST_F(FailureCases, AShadowsEdgeThroughADotIsRightOrNamed) {
   const Eigen::Vector2d at = *ClothPicture(print, view).seen_px({2, 3});
   view.light = [at](double u, double) { return u < at.x() + 2 ? 0.55 : 1.0; };
   const ClothPicture picture(print, view);
@@ -199,10 +194,9 @@ TEST(FailureCases, AShadowsEdgeThroughADotIsRightOrNamed) {
   EXPECT_LT(look.worst_px, 0.2);
 }
 
-TEST(FailureCases, NarrowEllipsesAreRightUntilTheyAreTooSmall) {
-  const Print print = small_print();
+TEST_F(FailureCases, NarrowEllipsesAreRightUntilTheyAreTooSmall) {
   for (const double squeeze : {0.5, 0.3, 0.2, 0.12}) {
-    ClothView view;
+    view = {};
     view.squeeze = squeeze;
     const Look look = look_at(ClothPicture(print, view), print);
     std::cout << "minor axis " << 20 * squeeze << " px: " << look.right << " of " << all
@@ -217,9 +211,7 @@ TEST(FailureCases, NarrowEllipsesAreRightUntilTheyAreTooSmall) {
   }
 }
 
-TEST(FailureCases, ASaturatedClothIsRefusedByName) {
-  const Print print = small_print();
-  ClothView view;
+TEST_F(FailureCases, ASaturatedClothIsRefusedByName) {
   view.bright = 300;
   view.dark = 60;
   const ClothPicture picture(print, view);
@@ -228,8 +220,7 @@ TEST(FailureCases, ASaturatedClothIsRefusedByName) {
   EXPECT_THAT(reason_at(look.frame, *picture.seen_px({2, 2})), HasSubstr("saturated"));
 }
 
-TEST(FailureCases, DirtThatLooksLikeDotsGetsNoLabel) {
-  const Print print = small_print();
+TEST_F(FailureCases, DirtThatLooksLikeDotsGetsNoLabel) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(8, 112);
   ClothPicture picture(print, {});
@@ -253,9 +244,7 @@ TEST(FailureCases, DirtThatLooksLikeDotsGetsNoLabel) {
   EXPECT_GE(look.right, all - 2);
 }
 
-TEST(FailureCases, TwoPatchesWithTheSameTagsAreNotMixed) {
-  const Print print = small_print();
-  ClothView view;
+TEST_F(FailureCases, TwoPatchesWithTheSameTagsAreNotMixed) {
   view.width_px = 560;
   view.px_per_mm = 4;
   const ClothPicture picture(print, view);
@@ -267,8 +256,7 @@ TEST(FailureCases, TwoPatchesWithTheSameTagsAreNotMixed) {
   EXPECT_GE(frame.islands.size(), 2U * all - 8);
 }
 
-TEST(FailureCases, AWrongPrintFileLabelsNothing) {
-  const Print print = small_print();
+TEST_F(FailureCases, AWrongPrintFileLabelsNothing) {
   const ClothPicture picture(print, {});
   Print other = print;
   for (PrintedTag& tag : other.tags) tag.id += 100;
@@ -277,7 +265,7 @@ TEST(FailureCases, AWrongPrintFileLabelsNothing) {
   EXPECT_TRUE(frame.tags.empty());
 }
 
-TEST(FailureCases, AnEmptyImageHasNoMarks) {
+TEST_F(FailureCases, AnEmptyImageHasNoMarks) {
   for (const int level : {0, 100, 255}) {
     const std::size_t pixels = 400 * 300;
     const GreyImage image{
@@ -289,8 +277,7 @@ TEST(FailureCases, AnEmptyImageHasNoMarks) {
   }
 }
 
-TEST(FailureCases, SixteenBitsAndABayerMosaicAreRead) {
-  const Print print = small_print();
+TEST_F(FailureCases, SixteenBitsAndABayerMosaicAreRead) {
   const ClothPicture picture(print, {});
   const GreyImage plain = picture.draw();
   GreyImage deep = plain;
@@ -314,9 +301,8 @@ TEST(FailureCases, SixteenBitsAndABayerMosaicAreRead) {
   EXPECT_LT(patterned.worst_px, 0.2);
 }
 
-TEST(FailureCases, WithoutTagsTheClassesOfTheDotsTell) {
-  const Print print = small_print(true, false);
-  ClothView view;
+TEST_F(FailureCases, WithoutTagsTheClassesOfTheDotsTell) {
+  print = small_print(true, false);
   view.turn_rad = 130 * deg;
   view.px_per_mm = 4;
   ClothPicture picture(print, view);
@@ -328,8 +314,8 @@ TEST(FailureCases, WithoutTagsTheClassesOfTheDotsTell) {
   EXPECT_LT(look.worst_px, 0.15);
 }
 
-TEST(FailureCases, ClassesAndTagsTogetherLabelEveryDot) {
-  const Print print = small_print(true, true);
+TEST_F(FailureCases, ClassesAndTagsTogetherLabelEveryDot) {
+  print = small_print(true, true);
   const ClothPicture picture(print, {});
   const Look look = look_at(picture, print);
   EXPECT_EQ(look.right, all);
@@ -342,17 +328,17 @@ TEST(FailureCases, ClassesAndTagsTogetherLabelEveryDot) {
   EXPECT_LT(contradicted.right, all);
 }
 
-TEST(FailureCases, WithoutTagsOrClassesThePieceIsAnIsland) {
-  const Print print = small_print(false, false);
+TEST_F(FailureCases, WithoutTagsOrClassesThePieceIsAnIsland) {
+  print = small_print(false, false);
   const ClothPicture picture(print, {});
   const FrameDetections frame = detected(picture.draw(), print);
   EXPECT_TRUE(frame.detections.empty());
   EXPECT_EQ(frame.islands.size(), static_cast<std::size_t>(all));
 }
 
-TEST(FailureCases, PiecesOfAFlatPlateAreOneIsland) {
+TEST_F(FailureCases, PiecesOfAFlatPlateAreOneIsland) {
   // A plain grid without its outer column cannot be located; a missing column divides it in two.
-  const Print print = small_print(false, false);
+  print = small_print(false, false);
   ClothPicture picture(print, {});
   for (int row = 0; row < side; ++row) {
     picture.wipe(picture.place_mm({row, 0}), 3);
@@ -367,9 +353,7 @@ TEST(FailureCases, PiecesOfAFlatPlateAreOneIsland) {
   for (const IslandDot& dot : frame.islands) EXPECT_EQ(dot.island, 0);
 }
 
-TEST(FailureCases, AllTagsOnOneSideOfARidgeLabelNothingWrongly) {
-  const Print print = small_print();
-  ClothView view;
+TEST_F(FailureCases, AllTagsOnOneSideOfARidgeLabelNothingWrongly) {
   view.slope_rad = [](double s) { return s < 55 ? 45 * deg : (s < 65 ? 0.0 : -45 * deg); };
   ClothPicture picture(print, view);
   for (const PrintedTag& tag : print.tags) {
@@ -383,6 +367,255 @@ TEST(FailureCases, AllTagsOnOneSideOfARidgeLabelNothingWrongly) {
   EXPECT_EQ(look.wrong, 0);
   EXPECT_GE(look.right + static_cast<int>(look.frame.islands.size() + look.frame.rejections.size()),
             look.visible - 2);
+}
+
+// ----
+// Views that lose marks are reported with the reason: light, sharpness, or another print.
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+GreyImage picture_of(const ClothView& view) {
+  return ClothPicture(small_print(), view).draw();
+}
+
+FrameDetections frame_of(const GreyImage& image, const Print& print, const std::string& camera,
+                         double* blur_px = nullptr) {
+  FrameDetections frame = detected(image, print, blur_px);
+  frame.set = "drape_C";
+  frame.camera = camera;
+  return frame;
+}
+
+/// Sentences about a set of three views of which `view` is the last.
+std::vector<std::string> said_of(const ClothView& view) {
+  std::vector<FrameDetections> frames;
+  std::vector<PictureQuality> qualities;
+  for (const auto& [camera, one] :
+       {std::pair{"cam0", ClothView{}}, std::pair{"cam1", ClothView{}}, std::pair{"cam2", view}}) {
+    const GreyImage image = picture_of(one);
+    frames.push_back(frame_of(image, small_print(), camera));
+    qualities.push_back(quality_of(image));
+  }
+  return poor_views(frames, qualities);
+}
+
+/// One flat and one tilted picture of dots of 4 mm.
+std::vector<GreyImage> two_views(double px_per_mm, double blur_px) {
+  std::vector<GreyImage> pictures;
+  for (const double squeeze : {1.0, 0.8}) {
+    ClothView view;
+    view.squeeze = squeeze;
+    view.px_per_mm = px_per_mm;
+    view.blur_px = blur_px;
+    pictures.push_back(picture_of(view));
+  }
+  return pictures;
+}
+
+/// Size ratio and sentence if the dots' diameter is stated so and the first rows and columns are
+/// labelled.
+std::pair<std::optional<double>, std::string> size_of(const std::vector<GreyImage>& pictures,
+                                                      double stated_mm, int labelled = side) {
+  Print stated = small_print();
+  stated.dot_diameter_m = stated_mm * mm;
+  std::vector<FrameDetections> frames;
+  std::vector<double> blurs_px;
+  for (const GreyImage& picture : pictures) {
+    frames.push_back(frame_of(picture, stated, "cam0", &blurs_px.emplace_back()));
+    std::erase_if(frames.back().detections, [&](const Detection& dot) {
+      return dot.mark.row >= labelled || dot.mark.col >= labelled;
+    });
+  }
+  const MarkLattice lattice{Surface::cloth,        side,           side, stated.pitch_m,
+                            stated.dot_diameter_m, stated.patch_m, {},   {}};
+  const auto ratio = dot_size_ratio(frames, blurs_px, lattice);
+  return {ratio, other_dot_size(ratio, lattice, "print.toml")};
+}
+
+TEST(DotSize, IsMeasuredAndAnotherOneIsNamed) {
+  const std::vector<GreyImage> sharp = two_views(4.93, 0.6);
+  const auto [ratio, none] = size_of(sharp, 4);
+  ASSERT_TRUE(ratio);
+  EXPECT_NEAR(*ratio, 1, 0.01);
+  EXPECT_THAT(none, IsEmpty());
+  EXPECT_THAT(size_of(sharp, 3.8).second, IsEmpty());
+  for (const double stated_mm : {3.0, 3.5, 4.5, 5.5})
+    EXPECT_THAT(size_of(sharp, stated_mm).second,
+                AllOf(HasSubstr("the dots are "), HasSubstr("dot_diameter_mm in print.toml is")))
+        << stated_mm;
+  // With one neighbour along each axis few dots can be measured: 8 of these 32 have four.
+  const auto few = size_of(sharp, 4, 4).first;
+  ASSERT_TRUE(few);
+  EXPECT_NEAR(*few, 1, 0.01);
+  for (const double stated_mm : {3.5, 4.5})
+    EXPECT_THAT(size_of(sharp, stated_mm, 4).second, HasSubstr("the dots are ")) << stated_mm;
+  EXPECT_FALSE(size_of(sharp, 4, 3).first) << "18 dots";
+}
+
+TEST(DotSize, IsNotMistakenForDefocus) {
+  const std::vector<GreyImage> blurred = two_views(3.41, 2.5);
+  const auto [ratio, none] = size_of(blurred, 4);
+  ASSERT_TRUE(ratio);
+  EXPECT_NEAR(*ratio, 1, 0.02) << "0.90 without the part that blur takes";
+  EXPECT_THAT(none, IsEmpty());
+  EXPECT_THAT(size_of(blurred, 3.5).second, HasSubstr("the dots are "));
+}
+
+TEST(PictureQuality, EightBitsAreCountedAsTheirLevelsAreSorted) {
+  const GreyImage counted = picture_of({});
+  GreyImage sorted = counted;
+  for (const std::uint8_t byte : counted.bytes) sorted.levels.push_back(byte);
+  const PictureQuality a = quality_of(counted), b = quality_of(sorted);
+  EXPECT_EQ(a.dark, b.dark);
+  EXPECT_EQ(a.light, b.light);
+  EXPECT_EQ(a.edge_px, b.edge_px);
+  EXPECT_GT(a.light, a.dark);
+}
+
+TEST(PictureQuality, ADimViewIsNamedWithTheMarksItCosts) {
+  ClothView dim;
+  dim.bright = 8;
+  dim.dark = 5;
+  const auto said = said_of(dim);
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_THAT(said[0], AllOf(HasSubstr("set drape_C: camera cam2 is dim: its grey levels are"),
+                             HasSubstr("the best view of the set 36")));
+}
+
+TEST(PictureQuality, PicturesThatAllLeaveTheirLevelsUnusedAreNamed) {
+  const GreyImage good = picture_of({});
+  GreyImage low = good;
+  for (std::uint8_t& byte : low.bytes) {
+    low.levels.push_back(static_cast<float>(byte) / 16);
+    byte = static_cast<std::uint8_t>(byte / 16);
+  }
+  FrameDetections frame;
+  frame.set = "drape_C";
+  frame.camera = "cam0";
+  const PictureQuality dark = quality_of(low);
+  try {
+    (void)unused_levels({frame, frame}, {dark, dark});
+    FAIL() << "12 bits were taken for 16";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.where().camera, "cam0");
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("as in 1 more"), HasSubstr("by 16")));
+  }
+  low.levels.clear();
+  EXPECT_THAT(unused_levels({frame}, {quality_of(low)}),
+              AllOf(HasSubstr("camera cam0: hardly"), Not(HasSubstr("by 16"))));
+  EXPECT_EQ(unused_levels({frame}, {quality_of(good)}), "");
+}
+
+TEST(PictureQuality, ABlurredViewIsNamedWithTheMarksItCosts) {
+  ClothView blurred;
+  blurred.blur_px = 9;
+  const auto said = said_of(blurred);
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_THAT(said[0], AllOf(HasSubstr("camera cam2 is blurred: its sharpest edges are"),
+                             HasSubstr("shows 0 marks")));
+}
+
+TEST(PictureQuality, AViewOfFewMarksInGoodLightIsNotAccused) {
+  EXPECT_THAT(said_of({}), IsEmpty());
+  ClothView steep;
+  steep.squeeze = 0.12;
+  EXPECT_THAT(said_of(steep), IsEmpty());
+}
+
+TEST(PictureQuality, TheEdgeWidthIsThatOfTheBlur) {
+  for (const double blur_px : {1.5, 3.0}) {
+    ClothView view;
+    view.blur_px = blur_px;
+    EXPECT_NEAR(quality_of(picture_of(view)).edge_px, blur_px, 0.2 * blur_px);
+  }
+}
+
+std::string why(const GreyImage& image, const Print& print) {
+  return why_no_mark(image, plane_of(print), {}, false, "print.toml");
+}
+
+TEST(PictureQuality, APictureWithoutMarksTellsWhichPrintItShows) {
+  const GreyImage image = picture_of({});
+  Print other = small_print();
+  other.tag_family = "tag25h9";
+  EXPECT_THAT(why(image, other), AllOf(HasSubstr("of tag36h11"), HasSubstr("tags.family"),
+                                       HasSubstr("print.toml is tag25h9")));
+  other = small_print();
+  for (PrintedTag& tag : other.tags) tag.id += 100;
+  EXPECT_THAT(why(image, other),
+              AllOf(HasSubstr("shows tags 0 to 12"), HasSubstr("tags.first_id")));
+  other = small_print();
+  other.dot_diameter_m = 2 * mm;
+  EXPECT_THAT(why(image, other),
+              HasSubstr("dot_diameter_mm in print.toml is 2: is it the radius?"));
+  EXPECT_THAT(why(mirrored(image), small_print()), HasSubstr("mirrored"));
+}
+
+std::string elsewhere(const std::function<void(std::vector<PrintedTag>&)>& mistake) {
+  static const std::vector<TagDetection> seen =
+      frame_of(picture_of({}), small_print(), "cam0").tags;
+  Print print = small_print();
+  mistake(print.tags);
+  return tags_elsewhere(plane_of(print), seen, "print.toml", "tags.first_id, tags.cells");
+}
+
+TEST(TagPlaces, WhatThePrintHasElsewhereIsNamed) {
+  EXPECT_EQ(elsewhere([](auto&) {}), "");
+  EXPECT_THAT(elsewhere([](auto& tags) {
+                for (std::size_t k = 0; k < tags.size(); ++k)
+                  tags[k].id = static_cast<int>((k + 1) % tags.size());
+              }),
+              AllOf(HasSubstr("tags lie elsewhere on the print"), HasSubstr("tags.first_id"),
+                    HasSubstr("mm apart at least, print.toml has them")));
+  EXPECT_THAT(elsewhere([](auto& tags) {
+                for (PrintedTag& tag : tags) std::swap(tag.centre_m.x(), tag.centre_m.y());
+              }),
+              HasSubstr("are rows and columns, or the sign of an axis, exchanged"));
+  EXPECT_THAT(elsewhere([](auto& tags) {
+                for (PrintedTag& tag : tags)
+                  tag.centre_m = Eigen::Vector2d(0.12, 0.12) - tag.centre_m;
+              }),
+              HasSubstr("in other directions"));
+  EXPECT_THAT(elsewhere([](auto& tags) { std::swap(tags[0].centre_m, tags[12].centre_m); }),
+              HasSubstr("2 of 13 tags lie elsewhere"));
+  EXPECT_EQ(elsewhere([](auto& tags) { tags[0].centre_m += Eigen::Vector2d(0.05, 0.05); }), "")
+      << "one tag may be misread";
+}
+
+// ----
+// drape-detect refuses unwritable output before reading a frame.
+
+namespace fs = std::filesystem;
+
+TEST(Places, AreRefusedBeforeAFrameIsLookedAt) {
+  const TemporaryFolder folder;
+  const fs::path rig = source_root() / "rigs/bench1", recording = folder.path() / "recording";
+  const fs::path file = folder.path() / "a.txt", good = folder.path() / "out.json";
+  fs::create_directories(folder.path() / "folder.json");
+  fs::create_directories(recording / "drape_A");
+  write_durable(file, "a file");
+  write_durable(recording / "recording.json", read_text(rig / "recording/recording.json"));
+  const auto run = [&](const fs::path& out, const fs::path& overlay) {
+    return run_line(fmt::format("{} {} --rig {} --surface cloth --sets drape_A --quiet --out {}{}",
+                                program("drape-detect").string(), recording.string(), rig.string(),
+                                out.string(),
+                                overlay.empty() ? "" : " --overlay " + overlay.string()));
+  };
+  // The pictures do not exist, so the message that names one shows that it was read first.
+  EXPECT_THAT(run(good, {}).text, HasSubstr("drape_A/cam0.png"));
+  EXPECT_THAT(run(folder.path() / "folder.json", {}).text, HasSubstr("a folder, link or device"));
+  EXPECT_THAT(run(file / "out.json", {}).text, HasSubstr("a.txt"));
+  EXPECT_THAT(run(good, file).text, HasSubstr("a file stands where a folder"));
+  for (const char* name : {"out.json", "drape_A/cam1.png", "new/out.json", "../recording/out.json"})
+    EXPECT_THAT(run(recording / name, {}).text, HasSubstr("lies inside the recording")) << name;
+  EXPECT_THAT(run(good, recording).text, HasSubstr("--overlay"));
+  fs::create_directory_symlink(recording, folder.path() / "link");
+  EXPECT_THAT(run(folder.path() / "link/out.json", {}).text, HasSubstr("inside the recording"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(recording), {}), 2) << "the set and its list";
+  EXPECT_THAT(run(folder.path() / "recording-2.json", {}).text, HasSubstr("drape_A/cam0.png"));
 }
 
 }  // namespace

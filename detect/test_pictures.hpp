@@ -1,17 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
-#include <functional>
-#include <optional>
 #include <random>
-#include <string>
-#include <vector>
 
-#include "core/prints/face.hpp"
 #include "detect/detect.hpp"
-#include "detect/image/image.hpp"
 
 // Drawn pictures with known truth, for the tests of detection.
 namespace drape::test {

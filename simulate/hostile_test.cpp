@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <limits>
 #include <random>
 
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "simulate/objects/surroundings.hpp"
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"

@@ -1,15 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/simulate.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <cmath>
-
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "core/units.hpp"
 #include "simulate/test_drape.hpp"
 
 namespace drape::simulate {

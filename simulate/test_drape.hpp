@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <string>
-
-#include "simulate/objects/surroundings.hpp"
-#include "simulate/simulate.hpp"
 #include "tests/support/judged_drape.hpp"
 
 /// Drapes for tests.

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "core/camera_model.hpp"

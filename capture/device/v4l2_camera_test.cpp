@@ -7,7 +7,6 @@
 #include <random>
 
 #include "capture/device/camera.hpp"
-#include "core/error.hpp"
 #include "tests/support/error_of.hpp"
 #include "tests/support/v4l2_guest/v4l2_guest.hpp"
 #include "tests/support/v4l2_guest/vivid.hpp"

@@ -8,14 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <memory>
-#include <ostream>
-#include <random>
-#include <string>
-#include <vector>
 
-#include "capture/device/camera.hpp"
 #include "capture/live/live_capture.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"

@@ -4,14 +4,9 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <chrono>
 #include <cstdlib>
-#include <functional>
-#include <memory>
-#include <vector>
 
 #include "capture/live/live_capture.hpp"
-#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/v4l2_guest/v4l2_guest.hpp"
 #include "tests/support/v4l2_guest/vivid.hpp"

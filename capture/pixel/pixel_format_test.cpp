@@ -7,8 +7,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
-#include "core/error.hpp"
-
 namespace drape::capture {
 namespace {
 

@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests whether cloth and cameras are still, with bench1 as frames of emulated cameras.
-#include "capture/recording/record.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <array>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
 #include "capture/capture.hpp"
 #include "capture/doctor/checks.hpp"
 #include "capture/recording/test_record.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "tests/support/bench1_calibration.hpp"
 #include "tests/support/paths.hpp"

@@ -3,8 +3,6 @@
 
 #include <fstream>
 
-#include "core/fields/records.hpp"
-#include "core/files/files.hpp"
 #include "core/program/program.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"

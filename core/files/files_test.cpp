@@ -1,15 +1,95 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/files/files.hpp"
-
-#include <gmock/gmock.h>
 #include <sys/stat.h>
 
-#include "core/error.hpp"
+#include <fmt/ranges.h>
+#include <gmock/gmock.h>
+
+#include "core/drape_mesh.hpp"
+#include "core/files/files.hpp"
+#include "core/files/picture_layout.hpp"
 #include "core/sheet.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {
 namespace {
+
+using testing::ElementsAre;
+
+const std::vector<std::string> kHeaders = {"strain", "force_gf_per_cm"};
+
+class CsvFile : public testing::Test {
+ protected:
+  [[nodiscard]] Csv read(const std::string& text) const {
+    write_durable(file(), text);
+    return read_csv(file(), kHeaders);
+  }
+  /// Location given in the refusal of this text.
+  [[nodiscard]] Where refusal(const std::string& text) const {
+    try {
+      static_cast<void>(read(text));
+    } catch (const Error& error) {
+      return error.where();
+    }
+    ADD_FAILURE() << "accepted: " << text;
+    return {};
+  }
+  [[nodiscard]] std::filesystem::path file() const { return folder_.path() / "curve.csv"; }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(CsvFile, ReadsColumnsAndRemembersLines) {
+  const Csv csv = read("# loading\nstrain,force_gf_per_cm\n0, 0\n\n0.5,1e-3\r\n");
+  EXPECT_THAT(csv.columns.at(0), ElementsAre(0.0, 0.5));
+  EXPECT_THAT(csv.columns.at(1), ElementsAre(0.0, 1e-3));
+  EXPECT_THAT(csv.lines, ElementsAre(3, 5));
+}
+
+TEST_F(CsvFile, RefusesAnotherUnitInTheHead) {
+  EXPECT_EQ(refusal("strain,force_n_per_m\n0,0\n").line, 1);
+}
+
+TEST_F(CsvFile, NamesLineAndColumnOfACellThatIsNoNumber) {
+  for (const char* cell : {"nan", "inf", "1,5", "", "2 mm", "0x10"}) {
+    const Where where = refusal(std::string("strain,force_gf_per_cm\n0,0\n1,") + cell + "\n");
+    EXPECT_EQ(where.line, 3) << cell;
+  }
+  EXPECT_EQ(refusal("strain,force_gf_per_cm\n0,nan\n").field, "force_gf_per_cm");
+}
+
+/// A spreadsheet's "CSV UTF-8" starts with a byte order mark, which is not part of the text.
+TEST_F(CsvFile, ReadsWhatASpreadsheetWritesAndNamesWhatIsNoCsv) {
+  const std::string table = "strain,force_gf_per_cm\n0,0\n1,2\n", mark = "\xef\xbb\xbf";
+  EXPECT_THAT(read(mark + table).columns.at(1), ElementsAre(0.0, 2.0));
+  EXPECT_THAT(read(mark + "# loading\n" + table).lines, ElementsAre(3, 4));
+  const auto said_of = [&](const std::string& text) -> std::string {
+    try {
+      static_cast<void>(read(text));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(said_of("strain;force_gf_per_cm\n0;0\n"), HasSubstr("semicolons"));
+  EXPECT_THAT(said_of("strain\tforce_gf_per_cm\n0\t0\n"), HasSubstr("tabs"));
+  std::string wide = "\xff\xfe";
+  for (const char letter : table) wide += {letter, '\0'};
+  EXPECT_THAT(said_of(wide), HasSubstr("UTF-16"));
+}
+
+TEST_F(CsvFile, RefusesAFileWithoutHead) {
+  EXPECT_EQ(refusal("# nothing here\n").file, file().string());
+}
+
+TEST_F(CsvFile, WrittenNumbersComeBackExactly) {
+  const std::vector<double> values = {0.1, -1.0 / 3.0, 6.02214076e23, 5e-324};
+  std::string text = fmt::format("{}\n", fmt::join(kHeaders, ","));
+  for (const double value : values) text += fmt::format("{},{}\n", value, value);
+  const Csv csv = read(text);
+  EXPECT_EQ(csv.columns.at(0), values);
+  EXPECT_EQ(csv.columns.at(1), values);
+}
 
 namespace fs = std::filesystem;
 
@@ -155,6 +235,106 @@ TEST(Files, AMissingFileIsNamed) {
   } catch (const Error& error) {
     EXPECT_EQ(error.where().file, "no/such/file.toml");
   }
+}
+
+MeshFile read_as(const std::string& name, const std::string& text) {
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / name, text);
+  return read_mesh_file(folder.path() / name);
+}
+
+const std::string kHead =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+const std::string kCorners = "0 0 0\n+1 0 0\n0 1e0 0\n";
+
+TEST(MeshFiles, AreReadByMeaning) {
+  const MeshFile ply = read_as("a.ply", kHead + kCorners + "3 0 1 2\n");
+  const MeshFile obj = read_as("a.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 3\n");
+  for (const MeshFile& mesh : {ply, obj}) {
+    ASSERT_EQ(mesh.points.size(), 3U);
+    EXPECT_EQ(mesh.points[1], Eigen::Vector3d(1, 0, 0));
+    ASSERT_EQ(mesh.triangles.size(), 1U);
+    EXPECT_EQ(mesh.triangles[0][2].point, 2U);
+  }
+}
+
+TEST(MeshFiles, PromiseNoMoreThanTheirBytesHold) {
+  const auto with = [](std::string head, const std::string& from, const std::string& to) {
+    return head.replace(head.find(from), from.size(), to) + kCorners;
+  };
+  for (const std::string& text :
+       {with(kHead, "vertex 3", "vertex 4000000000"),
+        with(kHead, "vertex 3", "vertex 18446744073709551615"),
+        with(kHead, "vertex 3", "vertex -1"), with(kHead, "face 1", "face 999999999"),
+        with(kHead, "property float z\n", ""),
+        std::string("ply\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n"),
+        kHead + kCorners + "1e300 0 1 2\n", kHead + kCorners + "-1 0 1 2\n",
+        kHead + kCorners + "2.5 0 1 2\n", kHead + kCorners + "3 0 1 1e300\n",
+        kHead + kCorners + "3 0 1 0.5\n", kHead + kCorners + "3 0 1 -1\n",
+        kHead + kCorners + "3 0 1 3\n", kHead + kCorners + "3 0 1 nan\n"}) {
+    try {
+      static_cast<void>(read_as("bomb.ply", text));
+      FAIL() << text;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input) << text;
+    }
+  }
+}
+
+/// "camera|view" of each name.
+std::vector<std::string> read(const std::vector<std::string>& names) {
+  std::vector<std::string> texts;
+  for (const PictureName& name : read_picture_names(names))
+    texts.push_back(name.camera + "|" + name.view);
+  return texts;
+}
+
+TEST(PictureNames, TheViewIsTheNumberThatChangesMost) {
+  EXPECT_THAT(read({"left01", "right01", "left02"}), ElementsAre("left|01", "right|01", "left|02"));
+  EXPECT_THAT(read({"cam1_01_int", "cam1_02_int", "cam2_03_int"}),
+              ElementsAre("cam1_int|01", "cam1_int|02", "cam2_int|03"));
+  EXPECT_THAT(read({"007-left", "008-left"}), ElementsAre("left|007", "left|008"));
+  EXPECT_THAT(read({"IMG_20240501_101", "IMG_20240501_102"}),
+              ElementsAre("IMG_20240501|101", "IMG_20240501|102"));
+  EXPECT_THAT(read({"1", "2"}), ElementsAre("|1", "|2"));
+}
+
+TEST(PictureNames, NumbersAreComparedAsNumbers) {
+  EXPECT_THAT(read({"left1", "left2", "right01", "right02"}),
+              ElementsAre("left|1", "left|2", "right|1", "right|2"));
+  EXPECT_THAT(read({"img2", "img10"}), ElementsAre("img|02", "img|10"));
+  EXPECT_THAT(read({"img002", "img010"}), ElementsAre("img|002", "img|010"));
+  EXPECT_THAT(read({"0", "000"}), ElementsAre("|0", "|0"));
+}
+
+TEST(PictureNames, ATimeIsOneNumberAndAViewWhereNothingElseIs) {
+  EXPECT_THAT(read({"Image__2018-09-17__16-38-56", "Image__2018-09-17__16-38-57",
+                    "Image__2018-09-17__16-39-00"}),
+              ElementsAre("Image|20180917163856", "Image|20180917163857", "Image|20180917163900"));
+  EXPECT_THAT(read({"IMG_20181231_235959", "IMG_20190101_000001"}),
+              ElementsAre("IMG|20181231235959", "IMG|20190101000001"));
+  EXPECT_THAT(read({"cam0_20180917_163856123_0001", "cam1_20180917_163856130_0001",
+                    "cam0_20180917_163901123_0002", "cam1_20180917_163901129_0002"}),
+              ElementsAre("cam0|0001", "cam1|0001", "cam0|0002", "cam1|0002"));
+}
+
+TEST(PictureNames, NamesOfSeveralFormsEndWithTheirView) {
+  EXPECT_THAT(read({"cam1-3", "side-4"}), ElementsAre("cam1|3", "side|4"));
+  EXPECT_THAT(read({"first", "side-4"}), ElementsAre("|first", "side|4"));
+}
+
+TEST(PictureLayout, FoldersOfCamerasMayCountWithOtherWidths) {
+  const test::TemporaryFolder folder;
+  for (const char* file :
+       {"cam0/frame1.png", "cam0/frame2.png", "cam1/frame00001.png", "cam1/frame00002.png"}) {
+    std::filesystem::create_directories((folder.path() / file).parent_path());
+    write_durable(folder.path() / file, "");
+  }
+  std::vector<std::string> sets;
+  for (const PlacedPicture& one : placed_pictures(folder.path(), PictureLayout::cameras))
+    sets.push_back(one.camera + "|" + one.set);
+  EXPECT_THAT(sets, ElementsAre("cam0|view_1", "cam0|view_2", "cam1|view_1", "cam1|view_2"));
 }
 
 }  // namespace

@@ -3,11 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdio>
-
-#include "core/error.hpp"
-#include "core/fields/records.hpp"
-#include "core/files/files.hpp"
 #include "core/program/words.hpp"
 #include "tests/support/paths.hpp"
 

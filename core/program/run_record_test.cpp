@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
-#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {

@@ -6,12 +6,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <cmath>
 #include <iostream>
 #include <numbers>
-#include <random>
-#include <utility>
-#include <vector>
 
 #include "detect/test_pictures.hpp"
 #include "tests/support/trials.hpp"

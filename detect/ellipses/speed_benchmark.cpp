@@ -2,13 +2,7 @@
 // Benchmark from pixels to labels on one core: bench1's drapes (1600x1200 px, 121 dots, 50 tags).
 #include <benchmark/benchmark.h>
 
-#include <string>
-#include <vector>
-
-#include "core/recording.hpp"
-#include "core/rig.hpp"
 #include "detect/detect.hpp"
-#include "detect/image/image.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {

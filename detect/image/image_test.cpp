@@ -2,7 +2,6 @@
 #include "detect/image/image.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/core.hpp>

@@ -6,14 +6,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/prints/face.hpp"
 #include "core/units.hpp"
-#include "detect/detect.hpp"
 #include "detect/prints/layout.hpp"
 #include "detect/test_pictures.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape::detect {

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <utility>
-
-#include "core/units.hpp"
 #include "simulate/drape/drape.hpp"
 
 /// A cloth and a scene for tests of drapes.

@@ -5,15 +5,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <random>
 
-#include "core/files/files.hpp"
-#include "core/units.hpp"
 #include "simulate/ensemble/branches.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <vector>
-
-#include "core/units.hpp"
 #include "simulate/ensemble/branches.hpp"
 #include "tests/support/paths.hpp"
 

@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/fabric.hpp"

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/fabric/laws.hpp"
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <random>
 
 #include "core/files/files.hpp"

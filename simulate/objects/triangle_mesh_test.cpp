@@ -3,16 +3,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <variant>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/geometry/closed_mesh.hpp"
-#include "core/scene.hpp"
 #include "simulate/objects/surroundings.hpp"
 #include "tests/support/paths.hpp"
 

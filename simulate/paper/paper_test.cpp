@@ -4,14 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <cmath>
-#include <numbers>
-
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/units.hpp"
-#include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/test_laws.hpp"
 #include "simulate/paper/paper_motion.hpp"
 #include "tests/support/paths.hpp"

@@ -8,9 +8,7 @@
 #include <cstdio>
 
 #include "core/files/files.hpp"
-#include "core/units.hpp"
 #include "simulate/drape/drape.hpp"
-#include "simulate/fabric/fabric.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

@@ -3,14 +3,8 @@
 #include "simulate/start/start.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <cmath>
-#include <functional>
-
-#include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/units.hpp"
 #include "simulate/start/history.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"

@@ -5,15 +5,10 @@
 #include <gmock/gmock.h>
 #include <time.h>
 
-#include <algorithm>
 #include <cstdlib>
-#include <functional>
 #include <numeric>
 #include <set>
 
-#include "core/error.hpp"
-#include "core/files/files.hpp"
-#include "simulate/objects/cloth_files.hpp"
 #include "simulate/study/study.hpp"
 #include "tests/support/paths.hpp"
 

@@ -3,10 +3,7 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "core/error.hpp"
-#include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

@@ -3,10 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <string>
 
-#include "core/units.hpp"
-#include "simulate/drape/drape.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/validation/test_drawn_scenes.hpp"
 #include "tests/support/paths.hpp"

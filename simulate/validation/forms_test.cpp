@@ -1,20 +1,70 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed forms of strips and sheets without contact: cantilevers, loops, struts, chains, buckling,
-// order of convergence.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-
 #include <Eigen/Sparse>
 #include <cmath>
-#include <numbers>
-#include <utility>
-#include <vector>
 
+#include "core/files/files.hpp"
 #include "simulate/validation/test_exact.hpp"
 #include "simulate/validation/test_forms.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::simulate {
 namespace {
+
+TEST(Exact, CantileverIsTheReferenceCurve) {
+  const std::filesystem::path folder = drape::test::test_data("physics");
+  const Csv curve =
+      read_csv(folder / "cantilever_master_curve.csv",
+               {"Gamma", "W_over_L", "H_over_L", "H_over_W", "theta_tip_rad", "M_clamp_L_over_B"});
+  for (std::size_t i = 0; i < curve.lines.size(); i += 12) {
+    const exact::Cantilever shape = exact::cantilever(curve.columns[0][i]);
+    EXPECT_NEAR(shape.height / shape.width / curve.columns[3][i], 1, 1e-6);
+    EXPECT_NEAR(shape.tip_rad, curve.columns[4][i], 1e-6);
+  }
+  EXPECT_NEAR(exact::cantilever_at_chord_angle(41.5 * 3.14159265358979 / 180).gamma, 8.0042, 1e-4);
+}
+
+TEST(Exact, LoopChainAndStrutAreTheReferenceCurves) {
+  const std::filesystem::path folder = drape::test::test_data("physics");
+  const Csv heart = read_csv(
+      folder / "heart_loop_curve.csv",
+      {"Gamma=rho*g*L^3/B", "height_over_L", "P_L2_over_B", "top_rise_over_L", "width_over_L"});
+  for (std::size_t i = 0; i < heart.lines.size(); i += 10)
+    EXPECT_NEAR(exact::heart_loop_height(heart.columns[0][i]), heart.columns[1][i], 1e-7);
+  const Csv chain = read_csv(folder / "catenary_sag.csv", {"chord_over_length", "sag_over_length",
+                                                           "a_over_length", "H_over_(w*L)"});
+  for (std::size_t i = 0; i < chain.lines.size(); ++i)
+    EXPECT_NEAR(exact::catenary_sag(chain.columns[0][i]), chain.columns[1][i], 1e-8);
+  const Csv strut =
+      read_csv(folder / "euler_elastica.csv",
+               {"alpha_deg", "P_over_Pc", "end_distance_over_L", "mid_deflection_over_L"});
+  for (std::size_t i = 0; i < strut.lines.size(); ++i) {
+    const exact::Elastica found = exact::elastica(strut.columns[0][i] * 3.14159265358979 / 180);
+    EXPECT_NEAR(found.load, strut.columns[1][i], 1e-8);
+    EXPECT_NEAR(found.chord, strut.columns[2][i], 1e-8);
+  }
+}
+
+TEST(Exact, PressedStripIsInEquilibrium) {
+  // Hardly lowered: Euler's load of a strut clamped at one end and pinned at the other, tan(k) = k.
+  const exact::PressedStrip straight = exact::pressed_strip(0, 0, 1e-4);
+  EXPECT_NEAR(straight.normal, 20.1907, 1e-2);
+  EXPECT_NEAR(straight.tangential / straight.curvature, 1, 1e-3);
+  const exact::PressedStrip strip = exact::pressed_strip(20, 5e-6, 0.2);
+  EXPECT_NEAR(strip.at(1).sideways, 0, 1e-9);
+  EXPECT_NEAR(strip.at(1).drop, 0.8, 1e-9);
+  // Moments about the clamp: force of the table times the drop, weights times their positions.
+  double moment = strip.tangential * strip.at(1).drop;
+  constexpr int kPieces = 1000;
+  for (int i = 0; i < kPieces; ++i)
+    moment -= strip.gamma / kPieces * strip.at((i + 0.5) / kPieces).sideways;
+  EXPECT_NEAR(strip.curvature, moment, 1e-4 * strip.curvature);
+}
+
+// ----
+// Closed forms of strips and sheets without contact: cantilevers, loops, struts, chains, buckling,
+// order of convergence.
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -303,6 +353,95 @@ TEST(Buckling, OfAnUprightStripUnderItsWeight) {
   strip.scene.gravity_m_per_s2 = {0, kGravity, 0};
   expect_relative("self-buckling Gamma of an upright strip", exact::kSelfBuckling,
                   kGamma * buckling_load(strip), 5e-3);
+}
+
+// ----
+// Elastic stick-slip (Romero et al. 2021): a strip clamped above the table and pressed onto it.
+
+constexpr double kGamma = 20, kStrip = 0.25, kSpacing = kStrip / 50;  // m
+
+/// The strip over a table with friction, approximately at rest.
+FormRest pressed(const exact::PressedStrip& strip, double friction) {
+  FormSheet sheet({kStrip, 2 * kSpacing}, kWeight * std::pow(kStrip, 3) / kGamma, kSpacing);
+  sheet.laws.tensile[0].slope = sheet.laws.tensile[1].slope = 1e4 * kWeight * kStrip;
+  const double height_m = kStrip * strip.at(1).drop;
+  sheet.scene.table_z_m = 0;
+  sheet.scene.friction = friction;
+  sheet.options.descent.residual = 1e-3;
+  sheet.clamp(0, {0, 0, height_m}, {0, 0, -1});
+  return start_of(sheet, [&](double arc_m) -> Vector2d {
+    const exact::PressedStrip::Place place = strip.at(arc_m / kStrip);
+    return {kStrip * place.sideways, height_m - kStrip * place.drop};
+  });
+}
+
+struct Stood {
+  bool rests = false;
+  double slipped = 0;  ///< of the tip, relative to the length
+  double ratio = 0;    ///< tangential force of the table relative to its normal force
+};
+
+Stood stood(const exact::PressedStrip& strip, double friction) {
+  FormRest rest = pressed(strip, friction);
+  // Held at first; otherwise the tip slips until the table's normal force has grown.
+  constexpr double kHeld = 10;
+  rest.level->set_friction(kHeld);
+  EXPECT_TRUE(rest.level->fall(rest.moment).at_rest);
+  rest.level->set_friction(friction);
+  const Vector3d before = rest.place(kStrip, kSpacing);
+  const RestReport report = rest.level->fall(rest.moment);
+  Stood found{report.at_rest, (rest.place(kStrip, kSpacing) - before).norm() / kStrip, 0};
+  Vector3d sum = Vector3d::Zero();
+  for (const ContactForce& force : rest.level->contact_forces(rest.moment))
+    sum += force.force_in_world;
+  found.ratio = sum.head<2>().norm() / sum.z();
+  fmt::print("  friction {:.4f}: {}, tip moved by {:.2g} L, forces {:.4f}\n", friction,
+             report.at_rest ? "rests" : report.why, found.slipped, found.ratio);
+  return found;
+}
+
+TEST(StickSlip, OfAPressedStripIsCoulombs) {
+  constexpr double kGoal = 1e-2, kFar = 1e-2;
+  for (const double lowered : {0.05, 0.1, 0.2}) {
+    const exact::PressedStrip strip = exact::pressed_strip(kGamma, 1e-4 / kGamma, lowered);
+    const Stood held = stood(strip, 1.2 * strip.friction());
+    EXPECT_TRUE(held.rests);
+    expect_relative(fmt::format("strip pressed down by {:g} L: T/N", lowered), strip.friction(),
+                    held.ratio, kGoal);
+    const Stood more = stood(strip, (1 + kGoal) * strip.friction());
+    EXPECT_TRUE(more.rests && more.slipped < kFar);
+    // The farther a tip slips, the more friction it needs, so it does not stop nearby.
+    const Stood less = stood(strip, (1 - kGoal) * strip.friction());
+    EXPECT_TRUE(!less.rests || less.slipped > kFar);
+  }
+}
+
+/// Gravity is tilted instead of the table.
+TEST(StickSlip, OfASheetOnASlopeIsCoulombs) {
+  constexpr double kFriction = 0.4, kMargin = 5e-3;
+  for (const double part : {1 - kMargin, 1 + kMargin}) {
+    FormSheet sheet({0.04, 0.04}, 1e-4, 5e-3);
+    sheet.scene.table_z_m = 0;
+    sheet.scene.friction = kFriction;
+    sheet.options.descent.residual = 1e-3;
+    sheet.options.descent.most_steps = 300;  // sliding does not stop
+    sheet.options.motion.longest_s = 2;
+    FormRest rest = start_of(sheet);
+    ASSERT_TRUE(rest.level->fall(rest.moment).at_rest);
+    const double angle = std::atan(part * kFriction);
+    rest.level->set_gravity(kGravity * Vector3d(std::sin(angle), 0, -std::cos(angle)));
+    const Vector3d before = rest.place(0.02, 0.02);
+    const RestReport report = rest.level->fall(rest.moment);
+    const double slid_m = (rest.place(0.02, 0.02) - before).norm();
+    fmt::print("slope of {:g} of the friction: {}, slid by {:.2g} mm\n", part,
+               report.at_rest ? "rests" : report.why, 1e3 * slid_m);
+    if (part < 1) {
+      EXPECT_TRUE(report.at_rest) << report.why;
+      EXPECT_LT(slid_m, 1e-4);
+    } else {
+      EXPECT_TRUE(!report.at_rest || slid_m > 1e-3);
+    }
+  }
 }
 
 }  // namespace

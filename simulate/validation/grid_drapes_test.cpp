@@ -3,16 +3,9 @@
 // tests/data/grid-drapes, or all 100 of the reference data.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdio>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
-#include "core/files/files.hpp"
 #include "core/statistics/sample.hpp"
-#include "core/units.hpp"
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"

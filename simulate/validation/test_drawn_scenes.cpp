@@ -4,12 +4,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <fstream>
-#include <numbers>
 #include <random>
-
-#include "core/units.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-
-#include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "simulate/fabric/laws.hpp"
 

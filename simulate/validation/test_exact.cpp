@@ -3,7 +3,6 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <numbers>
 
 namespace drape::simulate::exact {
 namespace {

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 namespace drape::simulate {
 
 using Eigen::Vector2d;

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
-#include <memory>
-#include <string>
-
 #include "simulate/drape/drape.hpp"
 
 /// Closed forms for the mesh cloth: strips and sheets built in memory, held by pins and clamps.

@@ -1,21 +1,220 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <algorithm>
+#include <random>
 
 #include "capture/capture.hpp"
 #include "capture/test_images.hpp"
-#include "core/error.hpp"
-#include "core/files/files.hpp"
 #include "tests/support/error_of.hpp"
-#include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape::capture {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
+
+class Layout : public testing::Test {
+ protected:
+  void add(const std::string& file) { write_durable(folder() / file, "x"); }
+  [[nodiscard]] std::filesystem::path folder() const { return temporary_.path(); }
+
+  std::string refusal() {
+    const Error error =
+        test::error_of([&] { return require_same_cameras(folder(), read_layout(folder())); });
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    return error.what();
+  }
+
+ private:
+  test::TemporaryFolder temporary_;
+};
+
+TEST_F(Layout, ListsSetsAndCamerasInNaturalOrder) {
+  for (const char* file : {"s10/cam2.PNG", "s10/cam10.jpeg", "s2/cam10.tif", "s2/cam2.tiff"})
+    add(file);
+  const FolderLayout layout = read_layout(folder());
+  ASSERT_EQ(layout.sets.size(), 2U);
+  EXPECT_EQ(layout.sets[0].name, "s2");
+  EXPECT_EQ(layout.sets[1].frames[0].file, "s10/cam2.PNG");
+  EXPECT_THAT(require_same_cameras(folder(), layout), ElementsAre("cam2", "cam10"));
+  EXPECT_THAT(image_files_below(folder()),
+              ElementsAre("s2/cam2.tiff", "s2/cam10.tif", "s10/cam2.PNG", "s10/cam10.jpeg"));
+}
+
+/// A recording that contained one of these names could not be read.
+TEST_F(Layout, RefusesNamesThatNoReaderTakes) {
+  for (const std::string& file :
+       {std::string("-5/cam0.png"), std::string("s1/-a.png"),
+        "s1/" + std::string(198, 'c') + ".png", std::string(201, 's') + "/cam0.png"}) {
+    add(file);
+    EXPECT_THROW(static_cast<void>(read_layout(folder())), Error) << file;
+    std::filesystem::remove_all(folder() / file.substr(0, file.find('/')));
+  }
+}
+
+TEST_F(Layout, ListsWhatItIgnoresWithAReason) {
+  for (const char* file : {"s1/cam0.png", "s1/notes.txt", "readme.md", "s1/.hidden.png",
+                           "recording.json", "recording.run.json"}) {
+    add(file);
+  }
+  const FolderLayout layout = read_layout(folder());
+  ASSERT_EQ(layout.ignored.size(), 2U);
+  EXPECT_EQ(layout.ignored[0].file, "readme.md");
+  EXPECT_EQ(layout.ignored[1].file, "s1/notes.txt");
+  EXPECT_EQ(layout.sets[0].frames.size(), 1U);
+}
+
+TEST_F(Layout, NamesTheMissingCamera) {
+  for (const char* file : {"s1/cam0.png", "s1/cam1.png", "s2/cam0.png"}) add(file);
+  EXPECT_THAT(refusal(), HasSubstr("set `s2` has no image of camera `cam1`"));
+}
+
+TEST_F(Layout, NamesTwoImagesOfOneCamera) {
+  for (const char* file : {"s1/cam0.jpg", "s1/cam0.l.png", "s1/cam0.png"}) add(file);
+  EXPECT_THAT(refusal(), HasSubstr("s1/cam0.jpg and s1/cam0.png"));
+}
+
+TEST_F(Layout, RefusesAFolderWithoutSets) {
+  EXPECT_THAT(refusal(), HasSubstr("holds no set of images"));
+  add("cam0.png");
+  EXPECT_THAT(refusal(), HasSubstr("holds no set of images"));
+}
+
+TEST_F(Layout, RefusesASetWithoutImages) {
+  add("s1/cam0.png");
+  add("s2/cam0.bmp");
+  EXPECT_THAT(refusal(), HasSubstr("the set holds no image"));
+}
+
+TEST_F(Layout, RefusesNamesThatBreakLists) {
+  add("a,b/cam0.png");
+  EXPECT_THAT(refusal(), HasSubstr("`a,b` cannot be a name"));
+}
+
+TEST_F(Layout, TakesEveryNameThatAFileCanHold) {
+  for (const char* file : {"Stoff 1 wei\u00df/Kamera \u00e4.png", "(2) #1/Kamera \u00e4.png"})
+    add(file);
+  EXPECT_THAT(require_same_cameras(folder(), read_layout(folder())), ElementsAre("Kamera \u00e4"));
+  add("wei\xdf/cam.png");
+  EXPECT_THAT(refusal(), HasSubstr("is not UTF-8"));
+}
+
+TEST_F(Layout, RefusesAnAbsentFolder) {
+  EXPECT_THROW(static_cast<void>(read_layout(folder() / "nothing")), Error);
+}
+
+using test::image_bytes;
+
+struct Kind {
+  std::string ending;
+  ImageFormat format;
+};
+
+void PrintTo(const Kind& kind, std::ostream* out) {
+  *out << kind.ending;
+}
+
+class ImageStructure : public testing::TestWithParam<Kind> {};
+
+TEST_P(ImageStructure, AcceptsAWholeImageAndLearnsItsSize) {
+  const auto bytes = image_bytes(GetParam().ending, 3, 321, 123);
+  EXPECT_EQ(image_format(bytes), GetParam().format);
+  EXPECT_EQ(structure_fault(GetParam().format, bytes), std::nullopt);
+  EXPECT_EQ(check_image(bytes, {}), (ImageSize{321, 123}));
+}
+
+TEST(ImageCheck, RefusesNumbersThatDetectionDoesNotRead) {
+  std::vector<unsigned char> bytes;
+  ASSERT_TRUE(cv::imencode(".tiff", cv::Mat(20, 30, CV_32F, cv::Scalar(0.5)), bytes));
+  EXPECT_THROW(static_cast<void>(check_image(bytes, {})), Error);
+}
+
+/// The decoder would return the first page without an error.
+TEST(ImageCheck, RefusesATiffOfSeveralPages) {
+  std::vector<unsigned char> bytes;
+  const cv::Mat page(20, 30, CV_8U, cv::Scalar(90));
+  ASSERT_TRUE(cv::imencode(".tiff", page, bytes));
+  EXPECT_EQ(check_image(bytes, {}), (ImageSize{30, 20}));
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "two.tiff";
+  ASSERT_TRUE(cv::imwritemulti(file.string(), std::vector<cv::Mat>{page, page}));
+  const Error error =
+      test::error_of([&] { return check_image(read_bytes(file), {.file = file.string()}); });
+  EXPECT_EQ(error.what_failed(), "the TIFF has several pages");
+  EXPECT_EQ(error.where().file, file.string());
+}
+
+TEST_P(ImageStructure, RefusesEveryTruncation) {
+  const auto whole = image_bytes(GetParam().ending, 5);
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    const std::vector<unsigned char> cut(whole.begin(), whole.begin() + static_cast<long>(length));
+    EXPECT_THROW(static_cast<void>(check_image(cut, {})), Error)
+        << length << " of " << whole.size();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, ImageStructure,
+                         testing::Values(Kind{".png", ImageFormat::png},
+                                         Kind{".jpg", ImageFormat::jpeg},
+                                         Kind{".tif", ImageFormat::tiff}),
+                         [](const auto& kind) { return kind.param.ending.substr(1); });
+
+TEST(ImageStructureOfPng, RefusesEverySingleBitFlip) {
+  const auto whole = image_bytes(".png", 7, 16, 12);
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    auto flipped = whole;
+    flipped[i] ^= static_cast<unsigned char>(1U << (i % 8));
+    EXPECT_THROW(static_cast<void>(check_image(flipped, {})), Error) << "byte " << i;
+  }
+}
+
+TEST(ImageStructureOfPng, SaysWhereItEnds) {
+  auto bytes = image_bytes(".png", 1, 200, 200);
+  bytes.resize(bytes.size() / 2);
+  EXPECT_EQ(structure_fault(ImageFormat::png, bytes), "ends inside chunk IDAT");
+}
+
+TEST(ImageStructureOfJpeg, FindsTheCutThatTheDecoderHides) {
+  auto bytes = image_bytes(".jpg", 1, 320, 240);
+  bytes.resize(bytes.size() / 2);
+  ASSERT_FALSE(cv::imdecode(bytes, cv::IMREAD_UNCHANGED).empty())
+      << "the decoder reports truncation itself now";
+  EXPECT_EQ(structure_fault(ImageFormat::jpeg, bytes), "ends before its end marker (EOI)");
+}
+
+TEST(ImageStructureOfJpeg, IsNotFooledByAnEndMarkerInAThumbnail) {
+  // An application segment (a thumbnail) that contains FF D9, in a file cut off before its own end.
+  auto bytes = image_bytes(".jpg", 1);
+  const std::vector<unsigned char> thumbnail = {0xff, 0xe1, 0x00, 0x06, 0xff, 0xd8, 0xff, 0xd9};
+  bytes.insert(bytes.begin() + 2, thumbnail.begin(), thumbnail.end());
+  EXPECT_EQ(structure_fault(ImageFormat::jpeg, bytes), std::nullopt);
+  bytes.resize(bytes.size() - 2);
+  EXPECT_EQ(structure_fault(ImageFormat::jpeg, bytes), "ends before its end marker (EOI)");
+}
+
+TEST(ImageStructureOfTiff, SurvivesEverySingleByteChange) {
+  // A damaged offset or count must be refused or lead to a decodable file, never to a crash.
+  const auto whole = image_bytes(".tif", 2, 16, 12);
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    auto changed = whole;
+    changed[i] = 0xff;
+    static_cast<void>(image_format(changed));
+    static_cast<void>(structure_fault(ImageFormat::tiff, changed));
+  }
+}
+
+TEST(ImageFormatByContent, KnowsNothingElse) {
+  const std::vector<unsigned char> text = {'h', 'e', 'l', 'l', 'o'};
+  EXPECT_EQ(image_format(text), std::nullopt);
+  EXPECT_EQ(image_format({}), std::nullopt);
+  const std::vector<unsigned char> bigtiff = {'I', 'I', 43, 0, 8, 0, 0, 0};
+  EXPECT_EQ(structure_fault(ImageFormat::tiff, bigtiff),
+            "is a BigTIFF; save it as plain TIFF or PNG");
+}
+
+namespace fs = std::filesystem;
 
 class Import : public testing::Test {
  protected:
@@ -358,6 +557,105 @@ TEST_F(Import, NumbersTheViewsOfASeries) {
       sets_of(
           import_folder(folders, out() / "folders", {.layout = PictureLayout::cameras}).recording),
       views);
+}
+
+TEST(NaturalOrder, CountsDigitRunsAsNumbers) {
+  std::vector<std::string> names = {"set10", "set2", "cam", "set1b", "set1", "9", "10", "set2a1"};
+  std::sort(names.begin(), names.end(), natural_less);
+  EXPECT_THAT(names,
+              testing::ElementsAre("9", "10", "cam", "set1", "set1b", "set2", "set2a1", "set10"));
+}
+
+TEST(NaturalOrder, IsTotalAlsoForLeadingZeros) {
+  EXPECT_TRUE(natural_less("pose_007", "pose_08"));
+  EXPECT_NE(natural_less("a1", "a01"), natural_less("a01", "a1"));
+  EXPECT_FALSE(natural_less("a1", "a1"));
+  EXPECT_TRUE(natural_less("", "0"));
+}
+
+TEST(NaturalOrder, HandlesNumbersLongerThanAnyInteger) {
+  EXPECT_TRUE(natural_less("99999999999999999999998", "99999999999999999999999"));
+  EXPECT_TRUE(natural_less("99999999999999999999999", "100000000000000000000000"));
+}
+
+class Verify : public testing::Test {
+ protected:
+  void SetUp() override {
+    test::write_sets(folder(), {"a", "b"}, {"cam0", "cam1"});
+    static_cast<void>(import_folder(folder(), folder(), {}));
+  }
+  [[nodiscard]] fs::path folder() const { return temporary_.path(); }
+
+ private:
+  test::TemporaryFolder temporary_;
+};
+
+TEST_F(Verify, FindsNothingInAnIntactRecording) {
+  const VerifyReport report = verify_recording(folder(), {.threads = 2});
+  EXPECT_TRUE(report.good());
+  EXPECT_EQ(report.sets, 2U);
+  EXPECT_EQ(report.images, 4U);
+}
+
+TEST_F(Verify, ListsAllFaultsInOrder) {
+  fs::remove(folder() / "a/cam1.png");
+  fs::resize_file(folder() / "b/cam0.png", 100);
+  const VerifyReport report = verify_recording(folder(), {.threads = 2});
+  ASSERT_EQ(report.faults.size(), 2U);
+  EXPECT_EQ(report.faults[0].file, "a/cam1.png");
+  EXPECT_EQ(report.faults[0].set, "a");
+  EXPECT_EQ(report.faults[0].camera, "cam1");
+  EXPECT_EQ(report.faults[1].file, "b/cam0.png");
+  EXPECT_FALSE(report.faults[1].what.empty());
+}
+
+TEST_F(Verify, ListsImagesThatTheManifestLacks) {
+  test::write_bytes(folder() / "c/cam0.png", test::image_bytes(".png"));
+  const VerifyReport report = verify_recording(folder(), {});
+  EXPECT_TRUE(report.good());
+  EXPECT_THAT(report.not_listed, ElementsAre("c/cam0.png"));
+}
+
+TEST_F(Verify, FindsEveryTruncationAndBitFlip) {
+  std::mt19937 random(2026);
+  const fs::path file = folder() / "b/cam1.png";
+  const auto whole = read_bytes(file);
+  std::uniform_int_distribution<std::size_t> place(0, whole.size() - 1);
+  for (int trial = 0; trial < 100; ++trial) {
+    auto spoiled = whole;
+    const std::size_t at = place(random);
+    if (trial % 2 == 0) {
+      spoiled.resize(at);
+    } else {
+      spoiled[at] ^= static_cast<unsigned char>(1U << (trial % 8));
+    }
+    test::write_bytes(file, spoiled);
+    EXPECT_EQ(verify_recording(folder(), {}).faults.size(), 1U) << "byte " << at;
+  }
+}
+
+TEST_F(Verify, NeedsAManifest) {
+  fs::remove(folder() / "recording.json");
+  EXPECT_THROW(static_cast<void>(verify_recording(folder(), {})), Error);
+}
+
+TEST(CaptureProgram, AFolderTooManyIsRefusedAndNotLeftOut) {
+  const fs::path program = test::program("drape-capture");
+  if (!fs::exists(program)) GTEST_SKIP() << "missing: the program drape-capture";
+  for (const char* words : {"verify a b", "import a b --out c", "import a --out c --set drape_A",
+                            "--average verify a"}) {
+    const int ended = std::system((program.string() + " " + words + " 2> /dev/null").c_str());
+    EXPECT_EQ(WEXITSTATUS(ended), 2) << words;
+  }
+}
+
+TEST(Bench1Recording, IsAsRecorded) {
+  const VerifyReport report =
+      verify_recording(test::source_root() / "rigs/bench1/recording", {.threads = 2});
+  EXPECT_TRUE(report.good());
+  EXPECT_EQ(report.sets, 23U);
+  EXPECT_EQ(report.images, 69U);
+  EXPECT_TRUE(report.not_listed.empty());
 }
 
 }  // namespace
