@@ -490,10 +490,49 @@ double largest_eccentricity(const JointModel& model) {
 /// halve the held-out error.
 constexpr std::size_t kViewsOfABoard = 6, kViewsOfASureBoard = 8;
 
+/// Percentage of points beyond twice the limit of the robust loss.
+double given_up_percent(const JointModel& model) {
+  double given_up = 0;
+  for (const JointFrame& frame : model.frames)
+    given_up += static_cast<double>(std::ranges::count_if(
+        frame.points, [](const TargetPoint& point) { return point.weight < 0.5; }));
+  return 100 * given_up / static_cast<double>(count_points(model));
+}
+
+/// Frees all stages but the first: their heights are checked after the fit.
+JointModel with_one_stage(JointModel model) {
+  bool world_kept = false;
+  for (Placement& placement : model.placements)
+    placement.known = placement.known && !std::exchange(world_kept, world_kept || placement.known);
+  return model;
+}
+
+/// Fits the richest lens and board from the poorer fit `first`, which may have led astray: a flat
+/// board may move the image centre far off, a short lens give up the rim of a wide picture. If so,
+/// `started` is started again, each camera with all terms of its lens.
+JointSolution richest_fit(const JointModel& started, const JointModel& first, const JointFit& rich,
+                          const JointCleaning& cleaning, const CalibOptions& limits) {
+  JointSolution richest = fit_joint(with_one_stage(first), rich, cleaning);
+  if (richest.converged && given_up_percent(richest.model) <= limits.max_outliers_percent)
+    return richest;
+  JointModel other = started;
+  try {
+    start_joint(other, {rich.lens_known, 0, rich.lens});
+  } catch (const Error&) {
+    return richest;  // the cameras' own views do not determine so many terms
+  }
+  if (other.frames.size() < started.frames.size()) return richest;
+  JointSolution again = fit_joint(with_one_stage(other), rich, cleaning);
+  const bool better =
+      again.converged &&
+      (!richest.converged || given_up_percent(again.model) < given_up_percent(richest.model));
+  return better ? again : richest;
+}
+
 /// Selects board and lens by held-out error, without the views and points that are outliers of the
 /// richest fit, and puts the tables into the report. Returns the start of the fit.
-JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& cleaning,
-                  const JointOptions& options, JointReport& report) {
+JointModel chosen(const JointModel& started, const JointModel& first, JointFit& fit,
+                  const JointCleaning& cleaning, const JointOptions& options, JointReport& report) {
   const bool any_lens = !options.lens && !options.known_lenses;
   const bool any_board = !options.board && !first.board.measured &&
                          !first.board.point_sd_mm.empty() &&
@@ -502,13 +541,8 @@ JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& c
   JointFit rich = fit;
   if (any_lens) rich.lens = LensTerms::k1_k2_p1_p2_k3;
   if (any_board) rich.board = BoardKind::free;
-  // Heights of stages are checked later; here only the first stage is fixed.
-  JointModel loose = first;
-  bool world_kept = false;
-  for (Placement& placement : loose.placements)
-    placement.known = placement.known && !std::exchange(world_kept, world_kept || placement.known);
-  const JointSolution richest = fit_joint(loose, rich, cleaning);
-  JointModel clean = richest.converged ? richest.model : loose;
+  const JointSolution richest = richest_fit(started, first, rich, cleaning, options.common);
+  JointModel clean = richest.converged ? richest.model : with_one_stage(first);
   std::vector<std::size_t> off = frames_off(clean, cleaning);
   for (; !off.empty() && 3 * off.size() <= clean.frames.size(); off.pop_back())
     clean.frames.erase(clean.frames.begin() + static_cast<std::ptrdiff_t>(off.back()));
@@ -542,9 +576,11 @@ JointModel chosen(const JointModel& first, JointFit& fit, const JointCleaning& c
   if (any_board) report.boards = best;
   if (any_lens) report.held_out = tables[taken];
   JointModel start = first;
-  if (fit.board == BoardKind::free && richest.converged) {
+  const bool astray = given_up_percent(first) > options.common.max_outliers_percent;
+  if ((fit.board == BoardKind::free || astray) && richest.converged) {
     start = richest.model;
-    start.placements = first.placements;
+    for (std::size_t p = 0; p < first.placements.size(); ++p)
+      if (first.placements[p].known) start.placements[p] = first.placements[p];
   }
   clear_unused(start, fit);
   return start;
@@ -658,8 +694,10 @@ void add_uncertainty(const JointSolution& solution, const JointFit& fit,
   report.view_inflation = own.scatter.inflation;
   report.print = model.board.parameters();
   report.print_sd = own.covariance.board_sd;
-  for (const Eigen::Vector3d& shift : model.board.shift_mm)
-    report.print_rms_mm += shift.squaredNorm() / static_cast<double>(model.board.shift_mm.size());
+  const std::set<int> seen = model.board.shift_mm.empty() ? std::set<int>() : points_in_view(model);
+  for (const int i : seen)
+    report.print_rms_mm += model.board.shift_mm[static_cast<std::size_t>(i)].squaredNorm() /
+                           static_cast<double>(seen.size());
   report.print_rms_mm = std::sqrt(report.print_rms_mm);
   calibration.joint_covariance_parameters = own.covariance.names;
   calibration.joint_covariance = own.covariance.cameras;
@@ -801,7 +839,8 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   cleaning.dot_diameter_m = options.common.correct_eccentricity ? dot_diameter_m : 0;
   cleaning.outlier_sigmas = options.common.outlier_sigmas;
   JointSolution solution = fit_joint(model, fit, cleaning);
-  solution = fit_joint(chosen(solution.model, fit, cleaning, options, report), fit, cleaning);
+  solution =
+      fit_joint(chosen(model, solution.model, fit, cleaning, options, report), fit, cleaning);
   report.lens = fit.lens;
   report.board = fit.board;
   const Causes causes = causes_of(solution.model, fit);

@@ -112,8 +112,19 @@ double miss_of(const JointCamera& camera, const Placement& placement, const Boar
   return px ? (whitener(point.covariance_px2) * (*px - point.px())).norm() : kNowhere;
 }
 
-/// Median residual of a camera's points in the fit of all cameras, in standard deviations.
-double miss_together(const JointModel& model, std::size_t index) {
+/// Median and 90 % quantile of a camera's residuals, in standard deviations. A robust fit may keep
+/// the median low by giving up the points at the rim of a wide picture.
+using Misses = Eigen::Array2d;
+const Misses kExpectedMisses(kRayleighMedian, 2.1460);  // of a Rayleigh distribution
+
+Misses quantiles(std::vector<double> misses) {
+  if (misses.empty()) return Misses::Constant(kNowhere);
+  std::sort(misses.begin(), misses.end());
+  return {misses[misses.size() / 2], misses[misses.size() * 9 / 10]};
+}
+
+/// Residuals in the fit of all cameras.
+Misses misses_together(const JointModel& model, std::size_t index) {
   std::vector<double> misses;
   for (const JointFrame& frame : model.frames) {
     if (frame.camera != index) continue;
@@ -121,17 +132,17 @@ double miss_together(const JointModel& model, std::size_t index) {
       misses.push_back(
           miss_of(model.cameras[index], model.placements[frame.placement], model.board, point));
   }
-  return misses.empty() ? 0 : median(misses);
+  return quantiles(std::move(misses));
 }
 
-/// Same, in a fit of the camera's own views.
-double typical_miss(JointModel model, std::size_t index) {
+/// Residuals in a fit of the camera's own views.
+Misses misses_alone(JointModel model, std::size_t index) {
   SeenTargets alone;
   std::vector<std::string> dropped;
   try {
     alone = solve_alone(model, index, false, dropped, LensTerms::k1_k2_p1_p2_k3);
   } catch (const Error&) {
-    return kNowhere;
+    return quantiles({});
   }
   JointCamera camera = model.cameras[index];
   camera.camera.cam_from_world = {};
@@ -146,7 +157,7 @@ double typical_miss(JointModel model, std::size_t index) {
           miss_of(camera, {"", {pose.rotation, pose.translation_m}, true}, model.board, point);
     }
   }
-  return misses.empty() ? kNowhere : median(misses);
+  return quantiles(std::move(misses));
 }
 
 /// Converts the camera's points to those of a distortion-free lens, assuming an equidistant fisheye
@@ -180,30 +191,39 @@ JointModel without_fisheye(const JointModel& model, std::size_t index, double fo
 
 std::string fisheye(const JointModel& model, std::size_t index) {
   // One camera's parallel views may not determine a lens that all cameras together do.
-  double brown = miss_together(model, index);
-  if (brown > 2 * kRayleighMedian) brown = std::min(brown, typical_miss(model, index));
+  Misses brown = misses_together(model, index);
+  const auto is_poor = [&] { return (brown > 2 * kExpectedMisses).any(); };
+  if (is_poor()) brown = brown.min(misses_alone(model, index));
   // If cameras contradict each other, the board fitted to all of them is unreliable too.
-  if (JointModel drawn = model; brown > 2 * kRayleighMedian) {
+  if (JointModel drawn = model; is_poor()) {
     drawn.board.edge_rise_mm.setZero();
-    brown = std::min(brown, typical_miss(std::move(drawn), index));
+    brown = brown.min(misses_alone(std::move(drawn), index));
   }
-  if (!(brown > 2 * kRayleighMedian)) return "";
+  if (!is_poor()) return "";
   const CameraModel& image = model.cameras[index].camera.model;
   const double half_px = std::hypot(image.width_px, image.height_px) / 2;
-  double best = kNowhere, best_deg = 0;
-  for (const double half_deg : {40.0, 52.0, 64.0, 76.0, 90.0, 105.0}) {
-    const double miss =
-        typical_miss(without_fisheye(model, index, half_px / (half_deg * units::deg)), index);
-    if (miss >= best) continue;
-    best = miss;
-    best_deg = half_deg;
+  double best = kNowhere, best_deg = 64;
+  std::string found;
+  const auto attempt = [&](double half_deg) {
+    const Misses misses =
+        misses_alone(without_fisheye(model, index, half_px / (half_deg * units::deg)), index);
+    for (const int i : {0, 1}) {
+      if (!(brown[i] > 2 * kExpectedMisses[i]) || !(misses[i] < best * brown[i])) continue;
+      best = misses[i] / brown[i];
+      best_deg = half_deg;
+      found = fmt::format(
+          "{}: its lens is wider than the lens model: a fisheye lens of about {:.0f} deg across "
+          "fits {} of its points within {:.1f} standard deviations, Brown's lens within {:.1f}; {}",
+          model.cameras[index].camera.name, 2 * half_deg, i == 0 ? "half" : "nine tenths",
+          misses[i], brown[i], kRemedy);
+    }
+  };
+  for (const double half_deg : {40.0, 52.0, 64.0, 76.0, 90.0, 105.0}) attempt(half_deg);
+  for (const double step_deg : {6.0, 3.0, 1.5}) {
+    const double middle_deg = best_deg;
+    for (const double side : {-1.0, 1.0}) attempt(middle_deg + side * step_deg);
   }
-  if (!(best * std::sqrt(2.0) < brown)) return "";
-  return fmt::format(
-      "{}: its lens is wider than the lens model: a fisheye lens of about {:.0f} deg across fits "
-      "its "
-      "views with misses of {:.1f} standard deviations, Brown's lens with {:.1f}; {}",
-      model.cameras[index].camera.name, 2 * best_deg, best, brown, kRemedy);
+  return best < 1 / std::sqrt(2.0) ? found : "";
 }
 
 std::string missing_term(const JointModel& model, const JointFit& fit, const ViewScatter& scatter,

@@ -268,19 +268,20 @@ double update_noise(JointSolution& solution, const JointFit& fit) {
   return std::abs(std::exchange(solution.model.noise, noise) / noise - 1);
 }
 
-/// Estimates the print's error, in the plane and out of it, from the fitted shifts, unless it is
-/// stated; returns the relative change.
+/// Estimates the print's error, in the plane and out of it, from the fitted shifts of the points in
+/// view, unless it is stated; returns the relative change.
 double update_print(JointModel& model, const JointFit& fit) {
   Board& board = model.board;
   if (fit.board != BoardKind::free || board.error_stated) return 0;
   NormalEquations normal(model, fit);
   normal.eliminate_points();
+  const std::set<int> seen = points_in_view(model);
+  if (seen.empty()) return 0;
   Vector3d squares = Vector3d::Zero();
-  for (std::size_t i = 0; i < board.shift_mm.size(); ++i)
-    squares +=
-        board.shift_mm[i].cwiseAbs2() +
-        model.noise * normal.points.middleCols<3>(3 * static_cast<Eigen::Index>(i)).diagonal();
-  squares /= static_cast<double>(board.shift_mm.size());
+  for (const int i : seen)
+    squares += board.shift_mm[static_cast<std::size_t>(i)].cwiseAbs2() +
+               model.noise * normal.points.middleCols<3>(3 * static_cast<Index>(i)).diagonal();
+  squares /= static_cast<double>(seen.size());
   squares.head<2>().setConstant(squares.head<2>().mean());
   const Vector3d before = board.point_sd_mm.front();
   board.point_sd_mm.assign(board.point_sd_mm.size(), squares.cwiseSqrt());
@@ -372,6 +373,7 @@ std::size_t choice(const std::vector<double>& errors,
                    const std::vector<std::vector<double>>& draws) {
   std::size_t best = 0;
   for (std::size_t lens = 1; lens < errors.size(); ++lens) {
+    if (!std::isfinite(errors[best])) best = lens;  // it does not reach all points
     double sum = 0, squares = 0;
     for (const std::vector<double>& drawn : draws) {
       const double gain = drawn[best] - drawn[lens];
@@ -845,6 +847,14 @@ std::size_t count_points(const JointModel& model) {
   std::size_t points = 0;
   for (const JointFrame& frame : model.frames) points += frame.points.size();
   return points;
+}
+
+std::set<int> points_in_view(const JointModel& model) {
+  std::set<int> seen;
+  for (const JointFrame& frame : model.frames)
+    for (const TargetPoint& point : frame.points)
+      if (point.place >= 0) seen.insert(point.place);
+  return seen;
 }
 
 double distance_px(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {

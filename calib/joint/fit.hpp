@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -322,6 +323,9 @@ void clear_unused(JointModel& model, const JointFit& fit);
 
 /// Number of points over all views.
 [[nodiscard]] std::size_t count_points(const JointModel& model);
+
+/// Indices of the board's points that a view shows.
+[[nodiscard]] std::set<int> points_in_view(const JointModel& model);
 
 /// Distance (px) of a point from its image; infinite if it does not project.
 [[nodiscard]] double distance_px(const JointModel& model, const JointFrame& frame,

@@ -196,7 +196,7 @@ Poses poses_of_camera_views(JointModel& model, const StartOptions& options, Side
   sides.mostly_behind.assign(model.cameras.size(), false);
   sides.behind.assign(model.frames.size(), false);
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
-    const SeenTargets alone = solve_alone(model, c, options.lens_known, dropped);
+    const SeenTargets alone = solve_alone(model, c, options.lens_known, dropped, options.lens);
     int back = 0, front = 0;
     for (std::size_t f = 0; f < poses.size(); ++f) {
       if (!alone[f]) continue;

@@ -58,6 +58,7 @@ struct StartOptions {
   bool lens_known = false;  ///< the model's cameras already have their lenses
   double thickness_m =
       0;  ///< thickness of a two-sided target: depth of its back's points below z = 0
+  LensTerms lens = LensTerms::k1_k2;  ///< terms of each camera's own fit
 };
 
 /// Smallest deviation at which a view contradicts the others, relative to the target's image.
