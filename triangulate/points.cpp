@@ -11,6 +11,7 @@
 #include <cmath>
 #include <pugixml.hpp>
 #include <ranges>
+#include <set>
 #include <sstream>
 
 #include "core/files/files.hpp"
@@ -79,10 +80,12 @@ class Vtu {
     const std::size_t points = piece.attribute("NumberOfPoints").as_ullong();
     if (points == 0 || points > kMostPoints) fail(fmt::format("it states {} points", points));
     Table result;
+    std::set<std::string> names;
     const auto add = [&](const pugi::xml_node& array, const std::string& name) {
       const std::size_t parts = std::max(1U, array.attribute("NumberOfComponents").as_uint(1));
       if (parts > 100) fail(fmt::format("{} has {} components", name, parts));
       const std::vector<double> values = values_of(array, parts * points);
+      if (!names.insert(name).second) fail(fmt::format("it has two arrays `{}`", printable(name)));
       for (std::size_t part = 0; part < parts; ++part) {
         constexpr std::array axes = {"X_mm", "Y_mm", "Z_mm"};
         std::vector<double>& column = result[name.empty() ? axes.at(part)
@@ -463,6 +466,12 @@ Cloud read_cloud(const fs::path& file, const PointsDescription& description) {
     return std::array{&column_of(table, x, file), &column_of(table, y, file),
                       &column_of(table, z, file)};
   };
+  if (names.dx.has_value() != names.dy.has_value() || names.dx.has_value() != names.dz.has_value())
+    throw bad_input("a displacement has three components", {.file = file.string()},
+                    "give all three columns, or none");
+  if (names.warp.has_value() != names.weft.has_value())
+    throw bad_input("warp and weft are never one without the other", {.file = file.string()},
+                    "give both columns, or none");
   const auto at = three(names.x, names.y, names.z);
   std::optional<std::array<const std::vector<double>*, 3>> moved;
   if (names.dx) moved = three(*names.dx, *names.dy, *names.dz);

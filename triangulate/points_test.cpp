@@ -175,6 +175,11 @@ TEST_F(Points, WhatContradictsOrIsMissingIsRefusedByName) {
   EXPECT_THAT(refusal("schema = \"drapebench/points/1\"\nsigma_mm = 0.1\n",
                       "X_mm,Y_mm,Z_mm\n1,2,3\n4,5,6\n7,8,9\n1,1,1\n"),
               HasSubstr("no point of the cloth is named"));
+  const std::string four = "1,2,3,4\n4,5,6,7\n7,8,9,1\n1,1,1,1\n";
+  EXPECT_THAT(refusal(description(), "X_mm,Y_mm,Z_mm,warp_mm\n" + four),
+              HasSubstr("never one without the other"));
+  EXPECT_THAT(refusal(description(), "X_mm,Y_mm,Z_mm,Z_mm\n" + four),
+              HasSubstr("two columns are named `Z_mm`"));
 }
 
 /// As VTK 9 writes a grid of four points: whole in ASCII, and each array in base64 with its length.

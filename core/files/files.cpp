@@ -372,6 +372,12 @@ CsvText read_csv_text(const std::filesystem::path& file) {
                         "save it with commas between columns and points in numbers");
       csv.names = std::move(cells);
       csv.head_line = number;
+      std::vector<std::string> names = csv.names;
+      std::ranges::sort(names);
+      for (std::size_t i = 1; i < names.size(); ++i)
+        if (!names[i].empty() && names[i] == names[i - 1])
+          throw bad_input(fmt::format("two columns are named `{}`", printable(names[i])), where,
+                          "keep the right one");
       continue;
     }
     if (cells.size() != csv.names.size())

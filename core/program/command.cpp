@@ -8,7 +8,9 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iostream>
 #include <memory>
+#include <sstream>
 #include <system_error>
 #include <utility>
 
@@ -139,7 +141,10 @@ int Command::parse(int argc, char** argv) {
     throw_if_any(std::move(faults));
     return -1;
   } catch (const CLI::ParseError& error) {
-    if (app_->exit(error) == 0) return 0;
+    std::ostringstream answer;
+    const int code = app_->exit(error, answer, std::cerr);
+    print_text(answer.str());
+    if (code == 0) return 0;
     suggest(*app_, moved_);
     return kUsage;
   }

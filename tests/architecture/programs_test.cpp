@@ -75,13 +75,17 @@ TEST(Programs, AWrongOptionIsAUsageError) {
   }
 }
 
-TEST(Programs, AnEndingThatCannotBePrintedIsAnError) {
-  for (const char* name : {"drape", "drape-simulate"}) {
-    const int status =
-        std::system(fmt::format("'{}' fabric '{}' >&- 2>/dev/null", program(name).string(),
-                                (source_root() / "rigs/paper/fabrics/A.toml").string())
-                        .c_str());
-    EXPECT_EQ(WEXITSTATUS(status), 5) << name;
+TEST(Programs, AnAnswerThatCannotBePrintedIsAnError) {
+  const std::string fabric =
+      fmt::format("fabric '{}'", (source_root() / "rigs/paper/fabrics/A.toml").string());
+  std::vector<std::pair<std::string, std::string>> answers = {{"drape", fabric},
+                                                              {"drape-simulate", fabric}};
+  for (const std::string& name : programs())
+    for (const char* option : {"--help", "--version"}) answers.emplace_back(name, option);
+  for (const auto& [name, arguments] : answers) {
+    const int status = std::system(
+        fmt::format("'{}' {} >&- 2>/dev/null", program(name).string(), arguments).c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 5) << name << " " << arguments;
   }
 }
 
