@@ -4,16 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cctype>
 
-#include "compare/drape_input.hpp"
 #include "compare/history/results.hpp"
-#include "compare/records/provenance.hpp"
 #include "compare/tables/tables.hpp"
-#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
-#include "core/simulation_files.hpp"
 
 namespace drape::compare {
 namespace {
@@ -27,8 +22,7 @@ using Stated = std::map<fs::path, std::set<std::string>>;
 
 /// Sheets and meshes of the run, or of the whole store.
 std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run) {
-  std::set<std::string> all;
-  for (const auto& [sha256] : store.rows<std::string>(R"sql(
+  const auto all = store.column<std::string>(R"sql(
 WITH of_run AS (SELECT c.measured_sha256, c.simulated_sha256 FROM run_comparison AS r
   JOIN comparison AS c ON c.id = r.comparison_id WHERE r.run = ?1),
 drapes AS (SELECT measured_sha256 FROM run_drape WHERE run = ?1)
@@ -38,9 +32,8 @@ UNION SELECT q.sheet_sha256 FROM real_repeat AS q JOIN run_match AS m ON m.sha25
   JOIN run AS n ON n.sha256 = m.run_sha256 WHERE n.number = ?1
 UNION SELECT mesh_sha256 FROM surface_comparison
   WHERE ?1 IS NULL OR measured_sha256 IN (SELECT measured_sha256 FROM drapes))sql",
-                                                      {run}))
-    all.insert(sha256);
-  return all;
+                                             {run});
+  return {all.begin(), all.end()};
 }
 
 /// A file of numbers in a crate; parameter 1 of its query is the number of one run, or NULL for
@@ -128,7 +121,17 @@ class CrateWriter {
   CrateWriter(const StoreReader& store, std::optional<int> run, const Lab& lab, fs::path out)
       : store_(store), run_(run), lab_(lab), out_(std::move(out)) {}
 
+  /// Authors come first among the entities, since actions refer to them.
   Crate write() {
+    for (std::size_t i = 0; i < lab_.authors.size(); ++i) {
+      const Lab::Author& author = lab_.authors[i];
+      Json person = {{"name", author.name}};
+      if (!author.affiliation.empty())
+        person["affiliation"] = add_entity(fmt::format("#affiliation-{}", i + 1), "Organization",
+                                           {{"name", author.affiliation}});
+      const std::string id = author.orcid.empty() ? fmt::format("#author-{}", i + 1) : author.orcid;
+      authors_.push_back(add_entity(id, "Person", person));
+    }
     choose_files();
     for (const auto& [file, stated] : files_) copy(file, stated);
     for (const auto& [file, id] : ids_)
@@ -302,7 +305,7 @@ class CrateWriter {
                     {"identifier", "sha256:" + run.program_sha256}});
     action["object"] = object;
     action["result"] = result;
-    action["agent"] = agents();
+    action["agent"] = authors_;
     mentions_.push_back(add_entity("#" + id, "CreateAction", action));
     ++crate_.actions;
   }
@@ -390,52 +393,31 @@ class CrateWriter {
     }
   }
 
-  Json agents() const {
-    Json list = Json::array();
-    for (std::size_t i = 0; i < lab_.authors.size(); ++i) list.push_back(reference(author_id(i)));
-    return list;
-  }
-
-  std::string author_id(std::size_t i) const {
-    return lab_.authors[i].orcid.empty() ? fmt::format("#author-{}", i + 1) : lab_.authors[i].orcid;
-  }
-
   Json roots() const {
     const char* profile = "https://w3id.org/ro/wfrun/process/0.6";
-    Json all = {{{"@id", "ro-crate-metadata.json"},
-                 {"@type", "CreativeWork"},
-                 {"about", reference("./")},
-                 {"conformsTo", reference("https://w3id.org/ro/crate/1.3")}},
-                {{"@id", "./"},
-                 {"@type", "Dataset"},
-                 {"conformsTo", reference(profile)},
-                 {"name", lab_.title},
-                 {"description", lab_.description},
-                 {"datePublished", published_},
-                 {"license", reference(lab_.license)},
-                 {"author", agents()},
-                 {"variableMeasured", measured_},
-                 {"hasPart", parts_},
-                 {"mentions", mentions_}},
-                {{"@id", profile},
-                 {"@type", {"CreativeWork", "Profile"}},
-                 {"name", "Process Run Crate"},
-                 {"version", "0.6"}},
-                {{"@id", lab_.license},
-                 {"@type", "CreativeWork"},
-                 {"name", lab_.license_name},
-                 {"description", "licence of this data: " + lab_.license_name}}};
-    for (std::size_t i = 0; i < lab_.authors.size(); ++i) {
-      const Lab::Author& author = lab_.authors[i];
-      Json person = {{"@id", author_id(i)}, {"@type", "Person"}, {"name", author.name}};
-      if (!author.affiliation.empty()) {
-        const std::string id = fmt::format("#affiliation-{}", i + 1);
-        person["affiliation"] = reference(id);
-        all.push_back({{"@id", id}, {"@type", "Organization"}, {"name", author.affiliation}});
-      }
-      all.push_back(person);
-    }
-    return all;
+    return {{{"@id", "ro-crate-metadata.json"},
+             {"@type", "CreativeWork"},
+             {"about", reference("./")},
+             {"conformsTo", reference("https://w3id.org/ro/crate/1.3")}},
+            {{"@id", "./"},
+             {"@type", "Dataset"},
+             {"conformsTo", reference(profile)},
+             {"name", lab_.title},
+             {"description", lab_.description},
+             {"datePublished", published_},
+             {"license", reference(lab_.license)},
+             {"author", authors_},
+             {"variableMeasured", measured_},
+             {"hasPart", parts_},
+             {"mentions", mentions_}},
+            {{"@id", profile},
+             {"@type", {"CreativeWork", "Profile"}},
+             {"name", "Process Run Crate"},
+             {"version", "0.6"}},
+            {{"@id", lab_.license},
+             {"@type", "CreativeWork"},
+             {"name", lab_.license_name},
+             {"description", "licence of this data: " + lab_.license_name}}};
   }
 
   const StoreReader& store_;
@@ -448,7 +430,8 @@ class CrateWriter {
   std::vector<Json> entities_;
   std::map<std::string, std::size_t> places_;  ///< index of each id in entities_
   std::string published_ = today();
-  Json parts_ = Json::array(), mentions_ = Json::array(), measured_ = Json::array();
+  Json authors_ = Json::array(), parts_ = Json::array(), mentions_ = Json::array(),
+       measured_ = Json::array();
   Crate crate_;
 };
 

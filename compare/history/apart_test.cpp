@@ -102,11 +102,15 @@ TEST(FilesOf01, AreWhatTheMigratedStoreOf01Holds) {
   const fs::path files = drape::test::source_root() / "tests/data/files-0.1";
   const Session session = read_session({files / "11-1/sheet.ply", files / "11-5/sheet.ply"}, {});
   ASSERT_EQ(session.virtual_only.size(), 1U);
-  Store store(file);
-  const ImportCounts counts = test::add(store, session.virtual_only[0]);
+  std::vector<fs::path> sheets;
+  for (const char* name : {"11-1", "11-5"}) {
+    fs::copy(files / name, folder.path() / name);
+    sheets.push_back(folder.path() / name / "sheet.ply");
+    RunRecord("drape-simulate", {}, run_record_path(sheets.back())).write(0);
+  }
+  const ApartCounts counts = import_simulations(file, sheets);
   EXPECT_EQ(counts.added, 0);
   EXPECT_EQ(counts.present, 2);
-  store.close();
   for (const Simulation& simulation : session.virtual_only[0]) {
     EXPECT_EQ(simulation.source().status, "at rest");
     ASSERT_TRUE(simulation.certificate);

@@ -5,8 +5,6 @@
 #include <fmt/ranges.h>
 #include <Eigen/Eigenvalues>
 
-#include <cmath>
-
 #include "compare/drape_input.hpp"
 
 namespace drape::compare {
@@ -131,6 +129,27 @@ void add_verdict(const StoreReader& store, bool of_marks, const std::string& key
   }
 }
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using units::mm;
+
+constexpr double kMovedRisk = 0.05;  ///< probability of a false alarm, over all marks of a sheet
+constexpr double kWritten_m = 1e-6 * mm;  ///< resolution of positions in sheet.json
+
+/// Fraction of the marks' covariance due to the calibration; 1 if unknown.
+double calibration_share(const Sheet& sheet) {
+  if (!sheet.error_budget || !sheet.error_budget->calibration_m) return 1;
+  return std::pow(*sheet.error_budget->calibration_m / sheet.error_budget->total_m, 2);
+}
+
+/// The matrix with positive eigenvalues: for a difference of covariances, neither of which
+/// dominates.
+Matrix3d positive(const Matrix3d& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(symmetric);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseAbs().asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
 }  // namespace
 
 Answer explain(const StoreReader& store, const std::string& key, const std::string& metric,
@@ -188,6 +207,14 @@ Answer explain(const StoreReader& store, const std::string& key, const std::stri
   return result;
 }
 
+/// The only comparison of marks whose key starts with `key`.
+static std::string full_key(const StoreReader& store, const std::string& key) {
+  const auto& [table, sha256] = stored_key(store, key);
+  if (table == "comparison") return sha256;
+  throw usage_error(fmt::format("`{}` compares a surface without marks", key),
+                    "see it with drape-results show or why");
+}
+
 Answer difference_of(const StoreReader& store, const std::string& first,
                      const std::string& second) {
   const std::string a = full_key(store, first), b = full_key(store, second);
@@ -229,35 +256,6 @@ ORDER BY a."row", a."col")sql",
                             {a, b});
   return {{}, {std::move(metrics), std::move(marks)}};
 }
-
-namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-using units::mm;
-
-constexpr double kMovedRisk = 0.05;  ///< probability of a false alarm, over all marks of a sheet
-constexpr double kWritten_m = 1e-6 * mm;  ///< resolution of positions in sheet.json
-
-/// Fraction of the marks' covariance due to the calibration; 1 if unknown.
-double calibration_share(const Sheet& sheet) {
-  if (!sheet.error_budget || !sheet.error_budget->calibration_m) return 1;
-  return std::pow(*sheet.error_budget->calibration_m / sheet.error_budget->total_m, 2);
-}
-
-/// The matrix with positive eigenvalues: for a difference of covariances, neither of which
-/// dominates.
-Matrix3d positive(const Matrix3d& symmetric) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(symmetric);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseAbs().asDiagonal() *
-         eigen.eigenvectors().transpose();
-}
-
-double largest_sd_m(const Matrix3d& covariance_m2) {
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix3d>(covariance_m2).eigenvalues().maxCoeff());
-}
-
-}  // namespace
 
 bool MarkMove::moved(std::size_t marks) const {
   return chi2 > chi_square_beyond(kMovedRisk / static_cast<double>(marks), 3);
@@ -341,7 +339,7 @@ Answer moved_marks(const StoreReader& store, int first, int second) {
       largest_m = std::max(largest_m, mark.by_m.norm());
       listed.add({scene, set, std::to_string(mark.mark.row), std::to_string(mark.mark.col),
                   in_mm_4(mark.by_m.x()), in_mm_4(mark.by_m.y()), in_mm_4(mark.by_m.z()),
-                  in_mm_4(mark.by_m.norm()), in_mm_4(2 * largest_sd_m(mark.covariance_m2)),
+                  in_mm_4(mark.by_m.norm()), in_mm_4(2 * worst_sigma_m(mark.covariance_m2)),
                   fmt::format("{:.1f}", mark.chi2), is_moved ? "moved" : ""});
     }
     const double turn = Eigen::AngleAxisd(moves.rigid.rotation).angle();

@@ -161,33 +161,6 @@ void add_alone(const StoreReader& store, const ResultFilter& filter, std::vector
     add_table(tables, table, table.title, kOfPairs);
 }
 
-}  // namespace
-
-std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter) {
-  store.require_as_written(kBehindTables);
-  const Selection chosen = selection_of(store, filter);
-  std::vector<Table> tables;
-  add_drapes(store, chosen, tables);
-  add_table(tables,
-            store.query(fmt::format(R"sql(
-SELECT scene, fabric, discretisation, segments, branch, round(energy_uJ, 2) AS energy_uJ,
-  round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes,
-  round(mean_dist_mm, 3) AS mean_dist_mm, round(match_mm, 3) AS match_mm, least_energy, nearest,
-  measured, comparison FROM v_branches WHERE comparison IN (SELECT v.comparison FROM {}{}))sql",
-                                    chosen.from, chosen.where),
-                        chosen.parameters),
-            "Branches (equilibria of one drape, by energy)", {"fabric"});
-  // A surface without marks has no mesh, segments or model.
-  if (discretisation_of(filter).empty() && !filter.segments && filter.model.empty())
-    add_table(tables, surfaces_of(store, filter),
-              "Real vs surface (meshes without material correspondence)", {"fabric"});
-  if (!of_runs(filter) && filter.rig.empty() && filter.calibration.empty())
-    add_alone(store, filter, tables);
-  return tables;
-}
-
-namespace {
-
 /// A line of published.csv.
 struct Published {
   std::string experiment;
@@ -310,6 +283,29 @@ Table published_table(const StoreReader& store, std::vector<Published> rows) {
 }
 
 }  // namespace
+
+std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter) {
+  store.require_as_written(kBehindTables);
+  const Selection chosen = selection_of(store, filter);
+  std::vector<Table> tables;
+  add_drapes(store, chosen, tables);
+  add_table(tables,
+            store.query(fmt::format(R"sql(
+SELECT scene, fabric, discretisation, segments, branch, round(energy_uJ, 2) AS energy_uJ,
+  round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes,
+  round(mean_dist_mm, 3) AS mean_dist_mm, round(match_mm, 3) AS match_mm, least_energy, nearest,
+  measured, comparison FROM v_branches WHERE comparison IN (SELECT v.comparison FROM {}{}))sql",
+                                    chosen.from, chosen.where),
+                        chosen.parameters),
+            "Branches (equilibria of one drape, by energy)", {"fabric"});
+  // A surface without marks has no mesh, segments or model.
+  if (discretisation_of(filter).empty() && !filter.segments && filter.model.empty())
+    add_table(tables, surfaces_of(store, filter),
+              "Real vs surface (meshes without material correspondence)", {"fabric"});
+  if (!of_runs(filter) && filter.rig.empty() && filter.calibration.empty())
+    add_alone(store, filter, tables);
+  return tables;
+}
 
 std::vector<Table> published_tables(const StoreReader& store, const std::string& published_csv,
                                     const std::string& experiment) {

@@ -91,6 +91,21 @@ std::string window_of(const ResultFilter& filter, Cells& parameters) {
   return window;
 }
 
+/// Transposes the single row of `table` into name, value, unit and definition.
+Table metrics_of(const StoreReader& store, const Table& row) {
+  Table metrics({"metric", "value", "unit", "definition"}, {1});
+  for (const auto& [name, unit, definition] : metric_dictionary(store))
+    if (const auto at = row.column(name)) metrics.add({name, row.rows[0][*at], unit, definition});
+  return metrics;
+}
+
+Table turned(const Table& row) {
+  Table table({"what", "value"});
+  for (std::size_t i = 0; i < row.names.size(); ++i)
+    if (!row.rows.front()[i].empty()) table.add({row.names[i], row.rows.front()[i]});
+  return table;
+}
+
 }  // namespace
 
 std::string discretisation_of(const ResultFilter& filter) {
@@ -111,7 +126,7 @@ std::string runs_of(const ResultFilter& filter, Cells& parameters) {
   return "SELECT q.run FROM v_run_moment AS q WHERE 1" + window_of(filter, parameters);
 }
 
-void check_filter(const StoreReader& store, const ResultFilter& filter) {
+static void check_filter(const StoreReader& store, const ResultFilter& filter) {
   for (const auto& [option, date] : {std::pair("--since", filter.since), {"--until", filter.until}})
     if (!date.empty() && !is_date(date))
       throw usage_error(fmt::format("{} {} is not an ISO date", option, date),
@@ -134,7 +149,8 @@ void check_filter(const StoreReader& store, const ResultFilter& filter) {
                     "there is: " + (names.empty() ? "none" : names));
 }
 
-void check_specimen(const StoreReader& store, const std::string& specimen) {
+/// Checks "SCENE" or "SCENE/FABRIC" of a trend; empty for all.
+static void check_specimen(const StoreReader& store, const std::string& specimen) {
   check_known(store, "the specimen SCENE or SCENE/FABRIC", specimen, kSpecimens);
 }
 
@@ -171,25 +187,6 @@ WHERE NOT EXISTS (SELECT 1 FROM run_comparison WHERE comparison_id = c.id))sql" 
   return selection;
 }
 
-namespace {
-
-/// Transposes the single row of `table` into name, value, unit and definition.
-Table metrics_of(const StoreReader& store, const Table& row) {
-  Table metrics({"metric", "value", "unit", "definition"}, {1});
-  for (const auto& [name, unit, definition] : metric_dictionary(store))
-    if (const auto at = row.column(name)) metrics.add({name, row.rows[0][*at], unit, definition});
-  return metrics;
-}
-
-Table turned(const Table& row) {
-  Table table({"what", "value"});
-  for (std::size_t i = 0; i < row.names.size(); ++i)
-    if (!row.rows.front()[i].empty()) table.add({row.names[i], row.rows.front()[i]});
-  return table;
-}
-
-}  // namespace
-
 std::vector<Metric> metric_dictionary(const StoreReader& store) {
   return store.rows<std::string, std::string, std::string>(
       "SELECT name, unit, definition FROM metric ORDER BY name");
@@ -203,7 +200,7 @@ StoredKey stored_key(const StoreReader& store, const std::string& key,
                          query.empty() ? "" : " UNION ALL ", table, table);
   }
   const auto found = store.rows<std::string, std::string>(query, {key});
-  if (found.size() == 1) return {std::get<0>(found[0]), std::get<1>(found[0])};
+  if (found.size() == 1) return found[0];
   throw usage_error(fmt::format("{} rows have a key that starts with `{}`", found.size(), key),
                     "take a key from the column `comparison` of drape-results list or tables");
 }
@@ -219,13 +216,6 @@ void require_comparisons(const StoreReader& store, const std::set<std::string>& 
       if (run) printed.runs.insert(*run);
     }
   store.require_as_written(printed);
-}
-
-std::string full_key(const StoreReader& store, const std::string& key) {
-  const StoredKey found = stored_key(store, key);
-  if (found.table == "comparison") return found.sha256;
-  throw usage_error(fmt::format("`{}` compares a surface without marks", key),
-                    "see it with drape-results show or why");
 }
 
 Table list_results(const StoreReader& store, const ResultFilter& filter) {
@@ -402,8 +392,6 @@ SELECT d.run, d.scene, d.discretisation, d.segments, round(d.mean_dist_mm, 3) AS
   return {sentence, {std::move(values), std::move(drapes)}};
 }
 
-namespace {
-
 /// Every value with its series, unit, label, verdict (GO, NO-GO, or NULL if in no run), number in
 /// the series, whether it is the newest; and count, sum and sum of squares of the earlier values of
 /// its series without those that are NO-GO, which say nothing about usual ones. Values of a series
@@ -442,8 +430,6 @@ FROM all_values WINDOW series AS (PARTITION BY name ORDER BY first, id),
   before AS (series ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING)
 ORDER BY part, place, name, first, id)sql";
 
-}  // namespace
-
 Trend trend_of(const StoreReader& store, const TrendOptions& options) {
   if (options.least_before < 2 || !(options.alarm_sigmas > 0))
     throw usage_error("a trend needs at least 2 values before and an alarm above 0 sigma", "");
@@ -478,8 +464,6 @@ Trend trend_of(const StoreReader& store, const TrendOptions& options) {
   return trend;
 }
 
-namespace {
-
 using Values = std::map<std::string, std::string>;
 
 /// The keys that a trend by ?1 asks for. Goes from key to key by the index: DISTINCT would read
@@ -491,7 +475,7 @@ asked AS (SELECT key FROM each WHERE key = ?1 OR key LIKE '%.' || ?1))sql";
 
 /// Numbers the rows of each scene by the values they share apart from those of the trend's key,
 /// and names the differences from the first of them. The last column comes with the fabric's name.
-void set_series_apart(const StoreReader& store, const std::string& key, Table& table) {
+static void set_series_apart(const StoreReader& store, const std::string& key, Table& table) {
   std::map<std::pair<std::string, std::string>, Values> values;  // by run and scene
   for (auto& [run, scene, name, value] :
        store.rows<std::string, std::string, std::string, std::string>(
@@ -532,8 +516,6 @@ WHERE x.key <> ?1 AND x.key NOT LIKE '%.' || ?1)sql",
            std::pair(other[scene], std::stoi(other[series]));
   });
 }
-
-}  // namespace
 
 Table trend_by(const StoreReader& store, const std::string& key, const std::string& specimen) {
   store.require_as_written(std::vector<std::string>{"run", "run_drape", "run_match", "run_value",

@@ -43,11 +43,8 @@ struct Answer {
 using Metric = std::tuple<std::string, std::string, std::string>;
 [[nodiscard]] std::vector<Metric> metric_dictionary(const StoreReader& store);
 
-/// A row of the store with a key.
-struct StoredKey {
-  std::string table;
-  std::string sha256;
-};
+/// Table and key (SHA-256) of a row of the store.
+using StoredKey = std::tuple<std::string, std::string>;
 /// The only row of these tables (each with a column sha256) whose key starts with `key`; by default
 /// a comparison of marks or of a mesh without marks. Throws Error(usage) if there is none or more
 /// than one.
@@ -58,9 +55,6 @@ struct StoredKey {
 /// Throws Error(bad_input) if these comparisons (full keys), their sheets, marks or last run are
 /// not as written.
 void require_comparisons(const StoreReader& store, const std::set<std::string>& keys);
-
-/// The same, only for a comparison of marks.
-[[nodiscard]] std::string full_key(const StoreReader& store, const std::string& key);
 
 /// One row per run: number, date, label, verdicts and their basis.
 [[nodiscard]] Table list_runs(const StoreReader& store, const ResultFilter& filter);
@@ -123,12 +117,6 @@ struct Selection {
 /// Throws Error(usage) for an invalid date, and for a value that does not occur in the store,
 /// naming those that do.
 [[nodiscard]] Selection selection_of(const StoreReader& store, const ResultFilter& filter);
-
-/// Makes only the check.
-void check_filter(const StoreReader& store, const ResultFilter& filter);
-
-/// Checks "SCENE" or "SCENE/FABRIC" of a trend; empty for all.
-void check_specimen(const StoreReader& store, const std::string& specimen);
 
 /// Query of the runs that were stored, or stored again, on the dates of the filter, or of its
 /// single run; appends its parameters.

@@ -6,14 +6,8 @@
 #include <openssl/evp.h>
 #include <openssl/pem.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include "compare/compare.hpp"
-#include "compare/drape_input.hpp"
 #include "compare/store/outcome.hpp"
 #include "core/drape_mesh.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

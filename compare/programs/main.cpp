@@ -448,7 +448,8 @@ Ending ending_of(const RunReport& report, const Outcome& outcome) {
 }
 
 /// Prints the ending as text, or report.json with the keys of the ending; returns the exit code.
-int print_ending(const RunReport& report, const Ending& ending, const CommonOptions& common) {
+int print_ending(const RunReport& report, const Ending& ending, const std::string& page,
+                 const CommonOptions& common) {
   if (common.json) {
     Value all = value_of(report);
     const Value end = value_of(ending);
@@ -456,9 +457,6 @@ int print_ending(const RunReport& report, const Ending& ending, const CommonOpti
       if (all.find(key) == nullptr) all[key] = value;
     print_text(pretty(all));
   } else if (!common.quiet) {
-    std::string page;
-    for (const auto& [name, value] : ending.numbers)
-      if (name == "report") page = value;
     print_text(printable(ending_text(report, first_line(report), page)));
     if (!ending.next_command.empty())
       print_text("next    " + printable(ending.next_command) + "\n");
@@ -514,7 +512,7 @@ int run_compare(CompareArguments& arguments, const std::vector<std::string>& com
   progress.update(1, "done");
   const Ending ending = ending_of(account, outcome);
   record.write(outcome.go() ? 0 : 1, ending);
-  return print_ending(account, ending, common);
+  return print_ending(account, ending, outcome.report, common);
 }
 
 int compare_command(int argc, char** argv) {

@@ -6,8 +6,6 @@
 
 #include <algorithm>
 
-#include "core/fields/records.hpp"
-#include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {
@@ -82,13 +80,6 @@ std::string original(const fs::path& file) {
   return is_written_by_programs(file) ? "no record of how it was made" : "from elsewhere";
 }
 
-/// True if the record states another content for the file.
-bool contradicts(const StepRecord& record, const fs::path& file, const std::string& sha256) {
-  return std::any_of(record.outputs.begin(), record.outputs.end(), [&](const auto& output) {
-    return output.first == file && output.second != sha256;
-  });
-}
-
 void follow(RecordBook& book, const fs::path& file, const std::string& sha256, int depth,
             std::set<fs::path>& seen, std::vector<ChainLink>& chain) {  // NOLINT(misc-no-recursion)
   const auto now = book.sha256(file);
@@ -125,7 +116,9 @@ bool RecordBook::is_traced(const fs::path& file) {
   const StepRecord* record = maker_of(file);
   if (record == nullptr) return !is_written_by_programs(file);
   const auto now = sha256(file);
-  return !now || !contradicts(*record, file.lexically_normal(), *now);
+  return !now || std::ranges::none_of(record->outputs, [&](const auto& output) {
+    return output.first == file.lexically_normal() && output.second != *now;
+  });
 }
 
 const StepRecord* RecordBook::maker_of(const fs::path& file) {

@@ -441,32 +441,6 @@ Relation relation_of(const std::string& statement) {
   return relation;
 }
 
-}  // namespace
-
-const std::vector<Relation>& relations() {
-  static const std::vector<Relation> all = [] {
-    std::vector<Relation> list;
-    const std::string text = kTables;
-    for (std::size_t at = 0; at < text.size();) {
-      const std::size_t end = std::min(text.find(";\n\n", at), text.size());
-      list.push_back(relation_of(text.substr(at, end - at)));
-      at = end + 3;
-    }
-    return list;
-  }();
-  return all;
-}
-
-const Relation& relation(const std::string& name) {
-  const auto& all = relations();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const Relation& r) { return r.name == name; });
-  if (found == all.end()) throw internal_error("the store has no table `" + name + "`");
-  return *found;
-}
-
-namespace {
-
 // The last run of the same photographs, by `moments`: v_run_moment or a copy of it.
 constexpr const char* kPicturesLast =
     R"sql(SELECT d.pictures_sha256 AS pictures_sha256, o.run AS run, max(o.moment) AS moment
@@ -679,6 +653,28 @@ std::string state_of(const std::string& table, const std::string& subject, const
 }
 
 }  // namespace
+
+const std::vector<Relation>& relations() {
+  static const std::vector<Relation> all = [] {
+    std::vector<Relation> list;
+    const std::string text = kTables;
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t end = std::min(text.find(";\n\n", at), text.size());
+      list.push_back(relation_of(text.substr(at, end - at)));
+      at = end + 3;
+    }
+    return list;
+  }();
+  return all;
+}
+
+const Relation& relation(const std::string& name) {
+  const auto& all = relations();
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Relation& r) { return r.name == name; });
+  if (found == all.end()) throw internal_error("the store has no table `" + name + "`");
+  return *found;
+}
 
 std::string state_query(const std::string& window) {
   return state_of("comparison", "c.id AS comparison_id", "run_comparison", "comparison_id = c.id",

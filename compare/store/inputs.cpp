@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
 
@@ -364,6 +363,61 @@ void add_repeat(const fs::path& file, Session& session) {
                     "give each repeat once");
 }
 
+constexpr int kDeepest = 8;  ///< levels of folders under the given one
+
+struct Found {
+  std::vector<fs::path> alone, measured, repeats, gone;
+};
+
+std::vector<fs::path> folders_of(const fs::path& folder) {
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_directory() && !entry.is_symlink()) folders.push_back(entry.path());
+  std::sort(folders.begin(), folders.end());
+  return folders;
+}
+
+/// Adds the sheet of the folder, or the folder itself if it has a run record but no sheet.
+void add_sheet(const fs::path& folder, std::vector<fs::path>& sheets, Found& found) {
+  if (fs::is_regular_file(folder / "sheet.json")) {
+    sheets.push_back(folder / "sheet.ply");
+  } else if (fs::is_regular_file(run_record_path(folder / "sheet.ply"))) {
+    found.gone.push_back(folder);
+  }
+}
+
+/// Adds the branches named by the ensemble's list, whatever an earlier run left. A list without its
+/// record is of a run that did not end.
+void add_extras(const fs::path& drape, Found& found) {
+  const fs::path list = drape / "ensemble" / "branches.json";
+  if (!fs::is_regular_file(list) || !fs::is_regular_file(run_record_path(list))) return;
+  for (const ListedBranch& branch : read_record<BranchList>(list).branches) {
+    const fs::path sheet =
+        name_inside(list.parent_path(), branch.sheet, {.file = list.string(), .field = "sheet"});
+    const bool there = fs::is_regular_file(fs::path(sheet).replace_extension(".json"));
+    there ? found.measured.push_back(sheet) : found.gone.push_back(sheet.parent_path());
+  }
+}
+
+void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-recursion)
+  if (fs::is_regular_file(folder / "sheet.json") &&
+      read_sheet_record(folder / "sheet.json").is_measured()) {
+    found.measured.push_back(folder / "sheet.ply");
+    for (const char* below : {"simulations", "branches"})
+      if (fs::is_directory(folder / below))
+        for (const fs::path& one : folders_of(folder / below))
+          add_sheet(one, found.measured, found);
+    add_extras(folder, found);
+    if (found.measured.back() != folder / "sheet.ply" && fs::is_directory(folder / "repeats"))
+      for (const fs::path& one : folders_of(folder / "repeats"))
+        add_sheet(one, found.repeats, found);
+    return;
+  }
+  add_sheet(folder, found.alone, found);
+  if (depth == kDeepest) return;
+  for (const fs::path& below : folders_of(folder)) walk(below, depth + 1, found);
+}
+
 }  // namespace
 
 Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibration_file,
@@ -432,65 +486,6 @@ std::vector<std::string> moved_objects(const std::vector<SheetFile>& layings,
   }
   return reasons;
 }
-
-namespace {
-
-constexpr int kDeepest = 8;  ///< levels of folders under the given one
-
-struct Found {
-  std::vector<fs::path> alone, measured, repeats, gone;
-};
-
-std::vector<fs::path> folders_of(const fs::path& folder) {
-  std::vector<fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() && !entry.is_symlink()) folders.push_back(entry.path());
-  std::sort(folders.begin(), folders.end());
-  return folders;
-}
-
-/// Adds the sheet of the folder, or the folder itself if it has a run record but no sheet.
-void add_sheet(const fs::path& folder, std::vector<fs::path>& sheets, Found& found) {
-  if (fs::is_regular_file(folder / "sheet.json")) {
-    sheets.push_back(folder / "sheet.ply");
-  } else if (fs::is_regular_file(run_record_path(folder / "sheet.ply"))) {
-    found.gone.push_back(folder);
-  }
-}
-
-/// Adds the branches named by the ensemble's list, whatever an earlier run left. A list without its
-/// record is of a run that did not end.
-void add_extras(const fs::path& drape, Found& found) {
-  const fs::path list = drape / "ensemble" / "branches.json";
-  if (!fs::is_regular_file(list) || !fs::is_regular_file(run_record_path(list))) return;
-  for (const ListedBranch& branch : read_record<BranchList>(list).branches) {
-    const fs::path sheet =
-        name_inside(list.parent_path(), branch.sheet, {.file = list.string(), .field = "sheet"});
-    const bool there = fs::is_regular_file(fs::path(sheet).replace_extension(".json"));
-    there ? found.measured.push_back(sheet) : found.gone.push_back(sheet.parent_path());
-  }
-}
-
-void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-recursion)
-  if (fs::is_regular_file(folder / "sheet.json") &&
-      read_sheet_record(folder / "sheet.json").is_measured()) {
-    found.measured.push_back(folder / "sheet.ply");
-    for (const char* below : {"simulations", "branches"})
-      if (fs::is_directory(folder / below))
-        for (const fs::path& one : folders_of(folder / below))
-          add_sheet(one, found.measured, found);
-    add_extras(folder, found);
-    if (found.measured.back() != folder / "sheet.ply" && fs::is_directory(folder / "repeats"))
-      for (const fs::path& one : folders_of(folder / "repeats"))
-        add_sheet(one, found.repeats, found);
-    return;
-  }
-  add_sheet(folder, found.alone, found);
-  if (depth == kDeepest) return;
-  for (const fs::path& below : folders_of(folder)) walk(below, depth + 1, found);
-}
-
-}  // namespace
 
 GivenFiles files_in(const std::vector<fs::path>& given) {
   Found found;

@@ -8,13 +8,9 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <regex>
-#include <set>
 
-#include "compare/schema/schema.hpp"
 #include "compare/store/store.hpp"
-#include "core/files/files.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -119,6 +115,19 @@ Error store_error(const fs::path& file, const SQLite::Exception& exception) {
 }
 
 namespace {
+
+constexpr std::int64_t kLargestBlob = std::int64_t{1} << 30;
+
+std::int64_t size_of(SQLite::Database& database) {
+  return database.execAndGet("PRAGMA page_count").getInt64() *
+         database.execAndGet("PRAGMA page_size").getInt64();
+}
+
+/// Statements of the schema, each under its kind and name, such as "view v_run".
+auto schema_of(SQLite::Database& database) {
+  return rows_of<std::string, std::string>(
+      database, "SELECT type || ' ' || name, sql FROM sqlite_master WHERE sql IS NOT NULL");
+}
 
 /// Columns of the primary key.
 std::vector<std::string> primary_key(const Relation& table) {
@@ -298,23 +307,6 @@ std::vector<std::string> RowReader::alterations(const ListedTable& table, long l
                                 *all - count, table.name));
   return found;
 }
-
-namespace {
-
-constexpr std::int64_t kLargestBlob = std::int64_t{1} << 30;
-
-std::int64_t size_of(SQLite::Database& database) {
-  return database.execAndGet("PRAGMA page_count").getInt64() *
-         database.execAndGet("PRAGMA page_size").getInt64();
-}
-
-/// Statements of the schema, each under its kind and name, such as "view v_run".
-auto schema_of(SQLite::Database& database) {
-  return rows_of<std::string, std::string>(
-      database, "SELECT type || ' ' || name, sql FROM sqlite_master WHERE sql IS NOT NULL");
-}
-
-}  // namespace
 
 std::vector<Manifest> manifests_of(SQLite::Database& database, const char* which) {
   std::vector<Manifest> all;

@@ -47,20 +47,16 @@ std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report
 
 /// Names of the drapes; those of one scene are followed by repeat, set or file.
 std::vector<std::string> labels_of(const std::vector<DrapeFiles>& drapes) {
-  using Words = std::string (*)(const SheetFile&);
-  constexpr std::array<Words, 3> kWords{[](const SheetFile& sheet) {
-                                          return sheet.repeat ? "repeat " + sheet.repeat->name
-                                                              : std::string();
-                                        },
-                                        [](const SheetFile& sheet) { return sheet.measured().set; },
-                                        [](const SheetFile& sheet) { return sheet.file.string(); }};
   std::vector<std::string> labels;
   labels.reserve(drapes.size());
   for (const DrapeFiles& drape : drapes) labels.push_back(drape.input.name());
-  for (const Words words : kWords) {
+  for (std::size_t word = 0; word < 3; ++word) {
     const std::vector<std::string> before = labels;
     for (std::size_t i = 0; i < drapes.size(); ++i) {
-      const std::string more = words(drapes[i].input.measured);
+      const SheetFile& sheet = drapes[i].input.measured;
+      const std::string words[] = {sheet.repeat ? "repeat " + sheet.repeat->name : "",
+                                   sheet.measured().set, sheet.file.string()};
+      const std::string& more = words[word];
       if (!more.empty() && std::count(before.begin(), before.end(), before[i]) > 1)
         labels[i] += " (" + more + ")";
     }
@@ -327,6 +323,33 @@ bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
       high_mm(s.mean), row.surface.mean_m() / mm, row.surface.hausdorff_m() / mm);
 }
 
+/// Adds the values of a TOML file; `stand_ins` marks the keys listed as stand-ins.
+void add_file(const std::string& owner, const fs::path& file, std::vector<RunValue>& values) {
+  if (!fs::is_regular_file(file)) return;
+  const Document document = Document::read(file);
+  std::vector<std::string> stand_ins;
+  if (const Value* list = document.root().find("stand_ins"))
+    for (const Value& what :
+         list->get_if<Value::List>() ? *list->get_if<Value::List>() : Value::List{})
+      if (const auto* text = what.get_if<std::string>()) stand_ins.push_back(*text);
+  for (const auto& [key, value] : flat(document.root())) {
+    if (key == "schema") continue;
+    const bool stand_in = std::any_of(
+        stand_ins.begin(), stand_ins.end(),
+        [&, &name = key](const std::string& what) { return stands_in_for(what, name); });
+    std::string text = value;
+    // The name of a curve does not change with its points, so its hash is shown.
+    if (const fs::path curve = document.beside(value);
+        value.ends_with(".csv") && fs::is_regular_file(curve))
+      text += " " + sha256_of_file(curve).substr(0, 12);
+    values.push_back({owner, key, text, stand_in});
+  }
+  // A list can name one thing twice; a run has one row of each.
+  for (const std::string& what : std::set<std::string>(stand_ins.begin(), stand_ins.end()))
+    if (what.find("hysteresis") != std::string::npos)
+      values.push_back({owner, "stand_ins: " + what, "as in the curves", true});
+}
+
 }  // namespace
 
 void add(Writer& writer, const Calibration& calibration, const std::string& sha256) {
@@ -371,13 +394,6 @@ ImportCounts add(Writer& writer, const VirtualGroup& group) {
   return counts;
 }
 
-ImportCounts add(Writer& writer, const std::vector<Simulation>& simulations) {
-  ImportCounts counts;
-  for (const Simulation& simulation : simulations)
-    counts.count(insert_simulated(writer, simulation));
-  return counts;
-}
-
 std::string repetition_key(const std::string& run_sha256, const std::string& date, int before) {
   return sha256_of(std::string_view(
       fmt::format("drapebench/run-repetition/1\n{}\n{}\n{}\n", run_sha256, date, before)));
@@ -392,37 +408,6 @@ bool stands_in_for(const std::string& what, const std::string& key) {
   if (key.starts_with("areal_density")) return says("areal density") || says("areal_density");
   return !bias && what.starts_with(key.substr(0, key.find('.')));
 }
-
-namespace {
-
-/// Adds the values of a TOML file; `stand_ins` marks the keys listed as stand-ins.
-void add_file(const std::string& owner, const fs::path& file, std::vector<RunValue>& values) {
-  if (!fs::is_regular_file(file)) return;
-  const Document document = Document::read(file);
-  std::vector<std::string> stand_ins;
-  if (const Value* list = document.root().find("stand_ins"))
-    for (const Value& what :
-         list->get_if<Value::List>() ? *list->get_if<Value::List>() : Value::List{})
-      if (const auto* text = what.get_if<std::string>()) stand_ins.push_back(*text);
-  for (const auto& [key, value] : flat(document.root())) {
-    if (key == "schema") continue;
-    const bool stand_in = std::any_of(
-        stand_ins.begin(), stand_ins.end(),
-        [&, &name = key](const std::string& what) { return stands_in_for(what, name); });
-    std::string text = value;
-    // The name of a curve does not change with its points, so its hash is shown.
-    if (const fs::path curve = document.beside(value);
-        value.ends_with(".csv") && fs::is_regular_file(curve))
-      text += " " + sha256_of_file(curve).substr(0, 12);
-    values.push_back({owner, key, text, stand_in});
-  }
-  // A list can name one thing twice; a run has one row of each.
-  for (const std::string& what : std::set<std::string>(stand_ins.begin(), stand_ins.end()))
-    if (what.find("hysteresis") != std::string::npos)
-      values.push_back({owner, "stand_ins: " + what, "as in the curves", true});
-}
-
-}  // namespace
 
 std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) {
   std::vector<RunValue> values;
@@ -657,11 +642,7 @@ void warn_of_removed(Writer& writer, const Session& session, Outcome& outcome) {
 
 /// Warns without storing it, since it is not part of the run's content.
 void warn_of_clock(Writer& writer, const std::string& date, Outcome& outcome) {
-  const auto last = first_of<std::string>(
-      writer.database(),
-      "SELECT max(date) FROM (SELECT max(date) AS date FROM run UNION ALL SELECT max(date) FROM "
-      "run_repetition)",
-      {});
+  const auto last = first_of<std::string>(writer.database(), "SELECT max(date) FROM v_run_moment");
   if (last && date < *last)
     outcome.warnings.push_back(
         fmt::format("the clock says {}, before the last run in the store ({}), so that one counts "
@@ -754,15 +735,15 @@ ApartCounts import_simulations(const fs::path& store, std::vector<fs::path> shee
                         "leave out --apart to compare it with its simulations");
     results.write([&](Writer& writer) {
       add_content(writer, session, store);
-      for (const auto& simulations : session.virtual_only) {
-        for (const Simulation& one : simulations)
+      for (const auto& simulations : session.virtual_only)
+        for (const Simulation& one : simulations) {
           if (one.sheet.sheet.no_go)
             throw bad_input("it was placed by a sheet that is NO-GO: " + *one.sheet.sheet.no_go,
                             {.file = one.sheet.file.string()},
                             "simulate it again from a sheet that is GO, or leave it out: a "
                             "simulation that is stored apart has no verdict");
-        sum += add(writer, simulations);
-      }
+          sum.count(insert_simulated(writer, one));
+        }
     });
     first = last;
   }
@@ -801,11 +782,10 @@ std::vector<std::string> doubts_of(const AcceptanceFile& acceptance, const Sessi
     if (drape.recording && drape.recording->recorded_on)
       day = std::max(day.value_or(""), *drape.recording->recorded_on);
   }
-  for (const std::string& calibration : calibrations_of(session)) {
-    if (calibration == acceptance.calibration_sha256) continue;
+  if (std::ranges::any_of(calibrations_of(session), [&](const std::string& calibration) {
+        return calibration != acceptance.calibration_sha256;
+      }))
     doubts.push_back("the last acceptance is of another calibration, older than this one" + again);
-    break;
-  }
   if (day && acceptance.valid_until && *day > *acceptance.valid_until)
     doubts.push_back(
         fmt::format("the last acceptance expired on {}, the drapes were recorded on {}{}",

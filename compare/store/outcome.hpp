@@ -64,8 +64,6 @@ ImportCounts add(Writer& writer, const DrapeInput& input, const Report& report,
                  const std::optional<RecordingId>& recording = {});
 /// Adds pairs of simulations without a real cloth.
 ImportCounts add(Writer& writer, const VirtualGroup& group);
-/// Adds simulations that are not compared; counts sheets.
-ImportCounts add(Writer& writer, const std::vector<Simulation>& simulations);
 
 /// One value behind a run, as in its file.
 struct RunValue {

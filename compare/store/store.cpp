@@ -88,6 +88,16 @@ std::unique_ptr<TemporaryFolder> private_copy(const fs::path& file) {
   return copy;
 }
 
+/// Result of `work`; an exception of SQLite becomes an error that names the store.
+template <class Work>
+auto reported(const fs::path& store, const Work& work) {
+  try {
+    return work();
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(store, exception);
+  }
+}
+
 }  // namespace
 
 fs::path real_store(fs::path store) {
@@ -224,25 +234,21 @@ Store::~Store() {
 }
 
 void Store::write(const std::function<void(Writer&)>& rows) {
-  try {
+  reported(file_, [&] {
     Writer writer(*database_);
     rows(writer);
     writer.commit();
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(file_, exception);
-  }
+  });
 }
 
 void Store::close() {
   const std::unique_ptr<SQLite::Database> database = std::move(database_);
   if (!database) return;
-  try {
+  reported(file_, [&] {
     // Readers hold a part of the log, which the next program moves.
     database->setBusyTimeout(0);
     SQLite::Statement(*database, "PRAGMA wal_checkpoint(TRUNCATE)").executeStep();
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(file_, exception);
-  }
+  });
 }
 
 // Opened for writing so that a write-ahead log left by a killed program can be replayed, then
@@ -339,14 +345,12 @@ std::vector<Cells> StoreReader::cells(const std::string& sql, const Cells& param
 
 void StoreReader::require_as_written(const std::string& table,
                                      const std::set<std::string>& keys) const {
-  try {
+  reported(file_, [&] {
     RowReader reader(database_);
     for (const std::string& key : keys)
       if (const std::string altered = reader.alteration(listed_table(table), key); !altered.empty())
         throw not_as_written(file_, altered);
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(file_, exception);
-  }
+  });
 }
 
 void StoreReader::require_as_written(const Printed& printed) const {
@@ -375,23 +379,17 @@ UNION ALL SELECT 'mark_error', sha256 FROM c WHERE ?4)sql",
 }
 
 void StoreReader::require_as_written(const std::vector<std::string>& tables) const {
-  try {
+  reported(file_, [&] {
     RowReader reader(database_);
     long long keys = 0;
     for (const std::string& table : tables)
       if (const auto altered = reader.alterations(listed_table(table), keys); !altered.empty())
         throw not_as_written(file_, altered.front());
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(file_, exception);
-  }
+  });
 }
 
 std::optional<std::string> StoreReader::blob(const std::string& sha256) const {
-  try {
-    return blob_in(database_, sha256);
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(file_, exception);
-  }
+  return reported(file_, [&] { return blob_in(database_, sha256); });
 }
 
 }  // namespace drape::compare
