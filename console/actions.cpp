@@ -58,14 +58,14 @@ std::string Call::shown() const {
 }
 
 StepResult run_call(const Call& call, const ChildProgress& progress,
-                    const std::function<int()>& asked_to_end, int niceness) {
+                    const std::function<int()>& asked_to_end) {
   if (call.before) call.before();
   Step step{.stage = "drape",
             .what = call.words.front(),
             .program = program_beside("drape"),
             .arguments = call.words,
             .background = true,
-            .niceness = niceness};
+            .niceness = call.niceness};
   step.arguments.emplace_back("--json");
   StepResult end;
   run_steps(
@@ -151,8 +151,7 @@ Job Jobs::change(int id, const std::function<void(Job&)>& how) {
   Job job;
   {
     const std::lock_guard lock(mutex_);
-    const auto found =
-        std::find_if(jobs_.begin(), jobs_.end(), [&](const Job& one) { return one.id == id; });
+    const auto found = std::ranges::find(jobs_, id, &Job::id);
     if (found == jobs_.end()) return job;
     how(*found);
     job = *found;
@@ -166,10 +165,7 @@ void Jobs::work() {
     Job job;
     {
       std::unique_lock lock(mutex_);
-      const auto next = [this] {
-        return std::find_if(jobs_.begin(), jobs_.end(),
-                            [](const Job& one) { return one.state == JobState::waiting; });
-      };
+      const auto next = [this] { return std::ranges::find(jobs_, JobState::waiting, &Job::state); };
       wake_.wait(lock, [&] { return ending_ || next() != jobs_.end(); });
       if (ending_) return;
       cancelled_ = false;
@@ -321,11 +317,6 @@ bool can_calibrate(const Bench& bench) {
          std::ranges::find(stages, sets.front(), &TargetStage::set) != stages.end();
 }
 
-void require_calibrated(const Bench& bench) {
-  if (const auto why = bench.files.why_superseded(bench.session.run.calibration()))
-    throw bad_input("the cameras are not calibrated: " + *why, {}, "calibrate first");
-}
-
 /// Requires that the drape's set and plates were taken, and that none of them is being taken.
 void require_drape(const Bench& bench, const Drape& drape) {
   const Files& files = bench.files;
@@ -391,7 +382,7 @@ void undo(Bench& bench, const Asked& asked) {
   bench.session.require_set(asked.set);
   if (bench.files.earlier_takes(asked.set).empty())
     throw bad_input("the set was taken once only", {.set = asked.set}, "retake it");
-  bench.cameras.undo(asked.set);
+  bench.cameras.take_by(asked.set, "u " + asked.set);
 }
 
 void drop(Bench& bench, const Asked& asked) {
@@ -444,7 +435,8 @@ void calibrate(Bench& bench, const Asked&) {
 
 void measure(Bench& bench, const Asked& asked) {
   require_drape(bench, bench.session.bench()->drape(asked.drape));
-  require_calibrated(bench);
+  if (const auto why = bench.files.why_superseded(bench.session.run.calibration()))
+    throw bad_input("the cameras are not calibrated: " + *why, {}, "calibrate first");
   Call call = run_call_of(bench, {"--until", "triangulate", "--drape", asked.drape});
   ask(bench, "measure", asked.drape, {std::move(call)});
 }
@@ -536,35 +528,6 @@ struct Action {
 
 constexpr const char* kNoCameras = "a recording has no cameras";
 
-const std::map<std::string, Action>& actions() {
-  static const std::map<std::string, Action> all = {
-      {"take", {take, {"set", "face"}}},
-      {"undo", {undo, {"set"}, kNoCameras}},
-      {"drop", {drop, {"set"}}},
-      {"lay",
-       {lay,
-        {"drape"},
-        "a recording holds no further laying",
-        "name a set of it as [[repeat]] in rig.toml"}},
-      {"light",
-       {light,
-        {"camera", "exposure_us", "gain_db"},
-        "a recording is exposed already: exposure and gain can only be read",
-        "open the rig without --replay"}},
-      {"calibrate", {calibrate, {}}},
-      {"measure", {measure, {"drape"}}},
-      {"run", {run, {"drape"}}},
-      {"automatic", {automatic, {"on"}, kNoCameras}},
-      {"open", {open, {}, kNoCameras}},
-      {"close", {[](Bench& bench, const Asked&) { bench.cameras.close(); }, {}, kNoCameras}},
-      {"doctor", {doctor, {}, kNoCameras}},
-      {"cancel", {cancel, {"job"}}},
-      {"note", {note, {"text"}}},
-      {"operator", {name_operator, {"text"}}},
-  };
-  return all;
-}
-
 /// Reads the options that the action has.
 Asked read_asked(const Document& request, const Action& action) {
   Asked a;
@@ -589,10 +552,35 @@ Asked read_asked(const Document& request, const Action& action) {
 }  // namespace
 
 void perform(Bench& bench, const std::string& text) {
+  static const std::map<std::string, Action> actions = {
+      {"take", {take, {"set", "face"}}},
+      {"undo", {undo, {"set"}, kNoCameras}},
+      {"drop", {drop, {"set"}}},
+      {"lay",
+       {lay,
+        {"drape"},
+        "a recording holds no further laying",
+        "name a set of it as [[repeat]] in rig.toml"}},
+      {"light",
+       {light,
+        {"camera", "exposure_us", "gain_db"},
+        "a recording is exposed already: exposure and gain can only be read",
+        "open the rig without --replay"}},
+      {"calibrate", {calibrate, {}}},
+      {"measure", {measure, {"drape"}}},
+      {"run", {run, {"drape"}}},
+      {"automatic", {automatic, {"on"}, kNoCameras}},
+      {"open", {open, {}, kNoCameras}},
+      {"close", {[](Bench& of, const Asked&) { of.cameras.close(); }, {}, kNoCameras}},
+      {"doctor", {doctor, {}, kNoCameras}},
+      {"cancel", {cancel, {"job"}}},
+      {"note", {note, {"text"}}},
+      {"operator", {name_operator, {"text"}}},
+  };
   const Document request(Syntax::json, json_value(text));
   const auto* word = request.root().find_as<std::string>("do");
-  const auto found = word == nullptr ? actions().end() : actions().find(*word);
-  if (found == actions().end())
+  const auto found = word == nullptr ? actions.end() : actions.find(*word);
+  if (found == actions.end())
     throw bad_input("the server knows no such action", {.field = word == nullptr ? "do" : *word},
                     "reload the page");
   const Action& action = found->second;
@@ -609,7 +597,8 @@ void take_in(Bench& bench, const std::string& set) {
   bench.jobs.add("detect", set, {detect_call(bench, set)});
 }
 
-void detect_what_lacks(Bench& bench) {
+/// Detects sets that were waiting when the previous server ended.
+static void detect_what_lacks(Bench& bench) {
   std::vector<std::string> sets;
   const auto recorded = bench.files.recording();  // keeps its sets alive during the loop
   for (const FrameSet& one : recorded->sets)
@@ -642,10 +631,8 @@ void take_still_pose(Bench& bench) {
 static void use_still_pose(Bench& bench, const std::string& set) {
   if (!bench.cameras.automatic()) return;
   const auto seen = bench.files.marks(set);
-  const auto views =
-      !seen ? 0
-            : std::count_if(seen->frames.begin(), seen->frames.end(),
-                            [](const FrameDetections& one) { return !one.detections.empty(); });
+  const auto sees = [](const FrameDetections& one) { return !one.detections.empty(); };
+  const auto views = seen ? std::ranges::count_if(seen->frames, sees) : 0;
   if (views < kLeastViews) {
     const std::string why = "fewer than two cameras see the target";
     bench.session.add("bench", fmt::format("left out {}: {}", set, why), {{"dropped", set}});
@@ -692,7 +679,8 @@ static void follow(Bench& bench, const Job& job) {
   }
 }
 
-void job_ended(Bench& bench, const Job& job) {
+/// Called when a job has ended: logs it and starts what follows from it.
+static void job_ended(Bench& bench, const Job& job) {
   try {
     const Json json = job.json();
     bench.session.add(
@@ -728,8 +716,4 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
 }
 
 /// Ends the cameras first, while everything to which they report still exists.
-Bench::~Bench() {
-  cameras.shut();
-}
-
 }  // namespace drape::console

@@ -8,7 +8,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -37,11 +36,6 @@ int locked(const fs::path& folder) {
   return -1;
 }
 
-bool is_ours(int folder) {
-  struct stat seen {};
-  return ::fstat(folder, &seen) == 0 && seen.st_uid == ::geteuid();
-}
-
 /// Removes folders that nobody holds, because their programs were killed.
 void remove_left_behind(const fs::path& place) {
   std::error_code ignored;
@@ -51,7 +45,8 @@ void remove_left_behind(const fs::path& place) {
   for (const fs::path& folder : found) {
     const int fd = locked(folder);
     if (fd < 0) continue;
-    if (is_ours(fd)) fs::remove_all(folder, ignored);
+    struct stat seen {};
+    if (::fstat(fd, &seen) == 0 && seen.st_uid == ::geteuid()) fs::remove_all(folder, ignored);
     ::close(fd);
   }
 }
@@ -77,10 +72,6 @@ MemoryFolder::~MemoryFolder() {
   std::error_code ignored;
   fs::remove_all(path_, ignored);
   ::close(lock_);
-}
-
-fs::path MemoryFolder::in_memory() {
-  return fs::is_directory("/dev/shm") ? "/dev/shm" : "/tmp";
 }
 
 namespace {
@@ -450,11 +441,6 @@ bool Cameras::runs() const {
   return capture_ && capture_->runs();
 }
 
-std::string Cameras::taking() const {
-  const std::lock_guard lock(mutex_);
-  return taking_;
-}
-
 void Cameras::automatic(bool on) {
   automatic_ = on;
   const std::lock_guard lock(watch_mutex_);
@@ -493,10 +479,6 @@ void Cameras::take_by(const std::string& set, const std::string& line) {
 
 void Cameras::take(const std::string& set) {
   take_by(set, bench_.files.recorded(set) ? "r " + set : set);
-}
-
-void Cameras::undo(const std::string& set) {
-  take_by(set, "u " + set);
 }
 
 void Cameras::light(const std::string& camera, const std::string& name, double value) {
@@ -636,10 +618,11 @@ std::shared_ptr<const Detections> Cameras::marks_now(Surface surface) {
   write_durable(folder / "rig.toml", detect_rig_text(*bench, folder, sizes));
   const Call call{words_of("detect", recording.folder, "--rig", folder / "rig.toml", "--surface",
                            surface == Surface::target ? "target" : "cloth", "--sets", "live",
-                           "--out", folder / "marks.json", "--threads", 1)};
-  const StepResult end = run_call(
-      call, [](double, const std::string&) {}, [] { return 0; }, kLowestPriority);
-  if (end.exit_code > 1) return nullptr;
+                           "--out", folder / "marks.json", "--threads", 1),
+                  {},
+                  {},
+                  kLowestPriority};
+  if (run_call(call).exit_code > 1) return nullptr;
   return std::make_shared<const Detections>(read_detections(folder / "marks.json"));
 }
 

@@ -1,20 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <atomic>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
-#include "core/detections.hpp"
-#include "core/files/json_file.hpp"
-#include "core/recording.hpp"
+#include "console/session.hpp"
 
 namespace drape::console {
 
@@ -24,17 +13,15 @@ namespace drape::console {
 class MemoryFolder {
  public:
   /// Throws Error(bad_input) if `place` is not writable.
-  explicit MemoryFolder(const std::filesystem::path& place = in_memory());
+  explicit MemoryFolder(const fs::path& place = fs::is_directory("/dev/shm") ? "/dev/shm" : "/tmp");
   ~MemoryFolder();
   MemoryFolder(const MemoryFolder&) = delete;
   MemoryFolder& operator=(const MemoryFolder&) = delete;
 
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] const fs::path& path() const { return path_; }
 
  private:
-  [[nodiscard]] static std::filesystem::path in_memory();
-
-  std::filesystem::path path_;
+  fs::path path_;
   int lock_ = -1;  ///< held during the life of the program
 };
 
@@ -131,11 +118,16 @@ class Cameras {
   void close();
   void shut();  ///< called before the objects to which they report are destroyed
   void take(const std::string& set);
-  void undo(const std::string& set);  ///< restores the previous take of a set
+  /// Has the capture take or restore a set by a line typed to it.
+  void take_by(const std::string& set, const std::string& line);
   /// Sets exposure or gain until the cameras are closed; the value in use comes with the pictures.
   void light(const std::string& camera, const std::string& name, double value);
   [[nodiscard]] bool runs() const;
-  [[nodiscard]] std::string taking() const;  ///< set that the capture is taking
+  /// Set that the capture is taking.
+  [[nodiscard]] std::string taking() const {
+    const std::lock_guard lock(mutex_);
+    return taking_;
+  }
   [[nodiscard]] bool automatic() const { return automatic_; }
   void automatic(bool on);
   [[nodiscard]] Json json() const;
@@ -156,7 +148,6 @@ class Cameras {
   void refuse(const std::string& why);
   void look(const std::string& camera);
   void type(const std::string& line);
-  void take_by(const std::string& set, const std::string& line);
   void require_open() const;
   [[nodiscard]] std::shared_ptr<const Detections> marks_now(Surface surface);
   [[nodiscard]] std::string newest(const std::string& camera, std::uint64_t& number) const;

@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "console/cameras.hpp"
-#include "console/session.hpp"
 #include "core/program/child.hpp"
 #include "core/program/steps.hpp"
 
@@ -19,6 +18,7 @@ struct Call {
   std::function<void()> before = {};
   /// Called when its job begins; if empty, the call is always needed.
   std::function<bool()> needed = {};
+  int niceness = 0;  ///< 19 for the lowest priority
 
   /// Command line as typed by a person, quoted for a shell.
   [[nodiscard]] std::string shown() const;
@@ -28,7 +28,7 @@ struct Call {
 /// Error(internal) if it cannot be started.
 [[nodiscard]] StepResult run_call(
     const Call& call, const ChildProgress& progress = [](double, const std::string&) {},
-    const std::function<int()>& asked_to_end = [] { return 0; }, int niceness = 0);
+    const std::function<int()>& asked_to_end = [] { return 0; });
 
 enum class JobState { waiting, running, done, no_go, failed, cancelled };
 
@@ -86,7 +86,7 @@ class Jobs {
 /// actions (perform()), views (view()). Thread-safe.
 struct Bench {
   Bench(const ConsoleOptions& options, Tell tell);
-  ~Bench();
+  ~Bench() { cameras.shut(); }
 
   Session session;
   Files files;
@@ -99,12 +99,6 @@ struct Bench {
 /// README. Throws Error(bad_input) with a sentence if it is not possible now.
 void perform(Bench& bench, const std::string& request);
 
-/// Called when a job has ended: logs it and starts what follows from it.
-void job_ended(Bench& bench, const Job& job);
-
-/// Detects sets that were waiting when the previous server ended.
-void detect_what_lacks(Bench& bench);
-
 /// Takes the next free pose, when the target is held still in a new one.
 void take_still_pose(Bench& bench);
 /// Ends automatic taking of poses, and shows the reason on the page.
@@ -115,12 +109,9 @@ void take_in(Bench& bench, const std::string& set);
 /// Query parameters of a view.
 using Query = std::map<std::string, std::string>;
 
-/// A query parameter; empty if absent.
-[[nodiscard]] std::string asked(const Query& query, const char* name);
-
 /// A view of the table in views.cpp: "state", "marks", ...; see README. nullopt if there is none of
 /// this name. Throws Error(bad_input) for names that are not in the rig.
-[[nodiscard]] std::optional<Json> view(Bench& bench, const std::string& name, const Query& query);
+[[nodiscard]] std::optional<Json> view(Bench& bench, const std::string& name, Query query);
 
 /// A recorded picture.
 [[nodiscard]] Picture picture(const Bench& bench, const std::string& set, const std::string& camera,

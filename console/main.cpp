@@ -6,8 +6,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 
 #include "console/console.hpp"
@@ -62,9 +60,8 @@ std::string own_text(const fs::path& file) {
 std::string token_of(const fs::path& folder) {
   const fs::path file = folder / "token";
   std::string token = own_text(file);
-  const bool whole = token.size() == 32 && std::all_of(token.begin(), token.end(), [](char c) {
-                       return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-                     });
+  const bool whole =
+      token.size() == 32 && token.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (whole) return token;
   token = make_token();
   const mode_t before = ::umask(077);
@@ -102,8 +99,8 @@ class Console {
  private:
   Response answer(const Request& request) {
     const std::string& route = request.route;
-    const auto asked = [&](const char* name) { return console::asked(request.query, name); };
-    const auto width = [&] { return std::atoi(asked("width").c_str()); };
+    Query query = request.query;
+    const auto width = [&] { return std::atoi(query["width"].c_str()); };
     if (route == "/api/do") {
       perform(bench_, request.body);
       return {200, "application/json", "{}"};
@@ -111,23 +108,24 @@ class Console {
     if (route == "/api/state") return {200, "application/json", state()};
     if (route == "/api/picture")
       return {200, "image/jpeg",
-              picture(bench_, asked("set"), asked("camera"), width(), asked("red") == "1").jpeg};
+              picture(bench_, query["set"], query["camera"], width(), query["red"] == "1").jpeg};
     if (route == "/api/live") {
-      const auto picture = bench_.cameras.picture(asked("camera"), width(), asked("red") == "1");
-      if (!picture) return absent("the camera has sent no picture yet");
+      const auto picture = bench_.cameras.picture(query["camera"], width(), query["red"] == "1");
+      if (!picture) return error_response(404, "the camera has sent no picture yet");
       return {200, "image/jpeg", picture->jpeg, {{"X-Facts", picture->facts}}};
     }
     if (route.starts_with("/api/"))
-      if (const auto json = view(bench_, route.substr(5), request.query))
+      if (const auto json = view(bench_, route.substr(5), query))
         return {200, "application/json", dumped(*json)};
     if (route == "/api/report") {
       const fs::path file = bench_.session.run.report().replace_extension(".json");
-      if (!fs::is_regular_file(file)) return absent("there is no report yet");
+      if (!fs::is_regular_file(file)) return error_response(404, "there is no report yet");
       return {200, "application/json", read_text(file)};
     }
     if (route == "/report.html") {
       const fs::path file = bench_.session.run.report();
-      if (!fs::is_regular_file(fs::symlink_status(file))) return absent("there is no report yet");
+      if (!fs::is_regular_file(fs::symlink_status(file)))
+        return error_response(404, "there is no report yet");
       return {200,
               "text/html; charset=utf-8",
               read_text(file),
@@ -135,12 +133,8 @@ class Console {
     }
     const std::string name = route == "/" ? "index.html" : route.substr(1);
     const auto found = assets().find(name);
-    if (found == assets().end()) return absent("there is nothing of this name");
+    if (found == assets().end()) return error_response(404, "there is nothing of this name");
     return {200, type_of(name), std::string(found->second)};
-  }
-
-  static Response absent(const std::string& why) {
-    return {404, "application/json", dumped({{"error", why}})};
   }
 
   /// Many pages ask at once after every change: one text answers all requests made before it was

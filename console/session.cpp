@@ -7,7 +7,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -69,22 +68,6 @@ void SessionLog::add(const std::string& who, const std::string& what, Json more)
   entries_.push_back(try_json(line));
 }
 
-std::vector<Json> SessionLog::entries() const {
-  const std::lock_guard lock(mutex_);
-  return entries_;
-}
-
-std::vector<Json> SessionLog::last(std::size_t most) const {
-  const std::lock_guard lock(mutex_);
-  const std::size_t count = std::min(most, entries_.size());
-  return {entries_.end() - static_cast<std::ptrdiff_t>(count), entries_.end()};
-}
-
-std::size_t SessionLog::size() const {
-  const std::lock_guard lock(mutex_);
-  return entries_.size();
-}
-
 // ---- files of the bench ------------------------------------------------------------------------
 
 namespace {
@@ -144,11 +127,6 @@ std::vector<std::string> BenchFiles::target_sets() const {
   return sets;
 }
 
-bool BenchFiles::is_target_set(const std::string& set) const {
-  const std::vector<std::string> sets = target_sets();
-  return std::find(sets.begin(), sets.end(), set) != sets.end();
-}
-
 Session::Session(const ConsoleOptions& asked, Tell told)
     : options(asked),
       rig_file(fs::is_directory(asked.rig) ? asked.rig / "rig.toml" : asked.rig),
@@ -173,12 +151,6 @@ std::shared_ptr<const BenchFiles> Session::bench() const {
     bench_trouble_ = error.what();
   }
   return bench_;
-}
-
-std::optional<bool> Session::word_on(const std::string& set) const {
-  const std::lock_guard guard(mutex_);
-  const auto found = taken_.find(set);
-  return found == taken_.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::vector<Laying> Session::layings(const std::string& drape) const {
@@ -219,11 +191,6 @@ void Session::require_set(const std::string& set) const {
     throw bad_input("the rig has no such set", {.field = set}, "reload the page");
 }
 
-std::string Session::who() const {
-  const std::lock_guard guard(mutex_);
-  return operator_name_.empty() ? "operator" : operator_name_;
-}
-
 void Session::add(const std::string& by, const std::string& what, Json more) {
   log.add(by, what, more);
   const std::lock_guard guard(mutex_);
@@ -249,9 +216,7 @@ void Session::read_log() {
   std::vector<std::string> open;
   for (const Json& entry : log.entries()) {
     take_in(entry);
-    const auto of = [&](const char* key) {
-      return std::find(open.begin(), open.end(), entry.value(key, ""));
-    };
+    const auto of = [&](const char* key) { return std::ranges::find(open, entry.value(key, "")); };
     if (entry.contains("asked") || (entry.contains("begins") && of("begins") == open.end()))
       open.push_back(entry.value("asked", entry.value("begins", "")));
     if (entry.value("ended", "") == "interrupted") open.clear();
@@ -264,31 +229,10 @@ void Session::read_log() {
   log.add("bench", options.replay ? "the console starts, on a recording" : "the console starts");
 }
 
-void Session::trouble(const std::string& words) {
-  const std::lock_guard guard(mutex_);
-  trouble_ = words;
-}
-
 std::string Session::trouble() const {
   static_cast<void>(bench());
   const std::lock_guard guard(mutex_);
   return trouble_.empty() ? bench_trouble_ : trouble_;
-}
-
-Json Session::held_out(const std::string& set) const {
-  const std::lock_guard guard(mutex_);
-  const auto found = held_out_.find(set);
-  return found == held_out_.end() ? Json() : found->second;
-}
-
-Json Session::doctor() const {
-  const std::lock_guard guard(mutex_);
-  return doctor_;
-}
-
-void Session::doctor(Json checks) {
-  const std::lock_guard guard(mutex_);
-  doctor_ = std::move(checks);
 }
 
 // ---- what the programs' files say ---------------------------------------------------------------
@@ -345,14 +289,6 @@ std::optional<double> sigma_px(const FrameDetections& frame) {
 Json ending_of(const fs::path& output) {
   const std::optional<Ending> ending = kept_ending(run_record_path(output));
   return ending ? try_json(one_line(value_of(*ending))) : Json{{"verdict", ""}, {"sentence", ""}};
-}
-
-const Json* of_scene(const Json& rows, const std::string& scene) {
-  const Json* found = nullptr;
-  if (rows.is_array())
-    for (const Json& row : rows)
-      if (row.is_object() && row.value("scene", "") == scene) found = &row;
-  return found;
 }
 
 // ---- paths -----------------------------------------------------------------------------------
@@ -637,8 +573,7 @@ Reason Files::rig_difference(const fs::path& file) const {
     return fmt::format("`{}` was edited since: {}", shown(one_name(session_.rig_file)), what);
   };
   for (const TargetStage& stage : then->stages) {
-    const auto found = std::find_if(now.stages.begin(), now.stages.end(),
-                                    [&](const TargetStage& one) { return one.set == stage.set; });
+    const auto found = std::ranges::find(now.stages, stage.set, &TargetStage::set);
     if (found == now.stages.end() || std::abs(found->z_m - stage.z_m) > kSameHeight_m)
       return edited(fmt::format("z_mm of `{}`", stage.set));
   }

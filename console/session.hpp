@@ -1,27 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <functional>
-#include <map>
-#include <memory>
+#include <algorithm>
 #include <mutex>
-#include <optional>
 #include <set>
-#include <string>
 #include <typeindex>
-#include <utility>
-#include <vector>
 
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
-#include "core/rig.hpp"
 #include "core/run_folder.hpp"
-#include "core/scene.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::console {
@@ -42,9 +32,20 @@ class SessionLog {
   /// Error(bad_input) with the system's reason if it cannot be written (disk full).
   void add(const std::string& who, const std::string& what, Json more = Json::object());
 
-  [[nodiscard]] std::vector<Json> entries() const;
-  [[nodiscard]] std::vector<Json> last(std::size_t most) const;  ///< oldest first
-  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] std::vector<Json> entries() const {
+    const std::lock_guard lock(mutex_);
+    return entries_;
+  }
+  /// Oldest first.
+  [[nodiscard]] std::vector<Json> last(std::size_t most) const {
+    const std::lock_guard lock(mutex_);
+    return {entries_.end() - static_cast<std::ptrdiff_t>(std::min(most, entries_.size())),
+            entries_.end()};
+  }
+  [[nodiscard]] std::size_t size() const {
+    const std::lock_guard lock(mutex_);
+    return entries_.size();
+  }
   [[nodiscard]] int torn() const { return torn_; }  ///< number of incomplete lines
 
  private:
@@ -85,7 +86,9 @@ struct BenchFiles {
   [[nodiscard]] const Drape& drape(const std::string& name) const;
   [[nodiscard]] const ObjectTags* plate_of(const std::string& set) const;
   [[nodiscard]] std::vector<std::string> target_sets() const;  ///< stages, then free poses
-  [[nodiscard]] bool is_target_set(const std::string& set) const;
+  [[nodiscard]] bool is_target_set(const std::string& set) const {
+    return std::ranges::count(target_sets(), set) > 0;
+  }
 };
 
 /// Text that changes with every write and every replacement of a file; empty if it does not exist.
@@ -110,7 +113,11 @@ struct Session {
   /// The current files, read again after an edit. If they cannot be read, the previous ones.
   [[nodiscard]] std::shared_ptr<const BenchFiles> bench() const;
   /// State of a set in the log: taken (true), excluded (false), or nullopt.
-  [[nodiscard]] std::optional<bool> word_on(const std::string& set) const;
+  [[nodiscard]] std::optional<bool> word_on(const std::string& set) const {
+    const std::lock_guard guard(mutex_);
+    const auto found = taken_.find(set);
+    return found == taken_.end() ? std::nullopt : std::optional(found->second);
+  }
   /// Layings of one drape, or of all: from the scenes, from rig.toml and from the operator.
   [[nodiscard]] std::vector<Laying> layings(const std::string& drape = {}) const;
   /// Drape shown in a set, or whose object carries the plate of tags; empty for the target.
@@ -119,15 +126,35 @@ struct Session {
   [[nodiscard]] std::vector<std::string> sets_of(const Drape& drape) const;
   /// Throws Error(bad_input) if the rig has no such set.
   void require_set(const std::string& set) const;
-  [[nodiscard]] std::string who() const;  ///< "operator" if no name was given
+  /// "operator" if no name was given.
+  [[nodiscard]] std::string who() const {
+    const std::lock_guard guard(mutex_);
+    return operator_name_.empty() ? "operator" : operator_name_;
+  }
 
   /// Adds an entry to the log and applies it, after it is on the disk.
   void add(const std::string& by, const std::string& what, Json more = Json::object());
-  void trouble(const std::string& words);     ///< fault of the log or the disk; empty when resolved
+  /// Fault of the log or the disk; empty when resolved.
+  void trouble(const std::string& words) {
+    const std::lock_guard guard(mutex_);
+    trouble_ = words;
+  }
   [[nodiscard]] std::string trouble() const;  ///< includes files of the bench that cannot be read
-  [[nodiscard]] Json held_out(const std::string& set) const;  ///< by the calibration before it
-  [[nodiscard]] Json doctor() const;                          ///< checks of the last `drape doctor`
-  void doctor(Json checks);
+  /// Held-out error of a set, by the calibration before it.
+  [[nodiscard]] Json held_out(const std::string& set) const {
+    const std::lock_guard guard(mutex_);
+    const auto found = held_out_.find(set);
+    return found == held_out_.end() ? Json() : found->second;
+  }
+  /// Checks of the last `drape doctor`.
+  [[nodiscard]] Json doctor() const {
+    const std::lock_guard guard(mutex_);
+    return doctor_;
+  }
+  void doctor(Json checks) {
+    const std::lock_guard guard(mutex_);
+    doctor_ = std::move(checks);
+  }
 
  private:
   void take_in(const Json& entry);
@@ -241,8 +268,5 @@ class Files {
 
 /// Ending of a step, kept beside its output; verdict and sentence are empty if absent.
 [[nodiscard]] Json ending_of(const fs::path& output);
-
-/// The last row of a table whose "scene" is this one, or null.
-[[nodiscard]] const Json* of_scene(const Json& rows, const std::string& scene);
 
 }  // namespace drape::console

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -292,6 +291,15 @@ Json next_of_drape(const Bench& bench, const Drape& drape, const Json& item, boo
   return {};
 }
 
+/// The last row of a table whose "scene" is this one, or null.
+const Json* of_scene(const Json& rows, const std::string& scene) {
+  const Json* found = nullptr;
+  if (rows.is_array())
+    for (const Json& row : rows)
+      if (row.is_object() && row.value("scene", "") == scene) found = &row;
+  return found;
+}
+
 Json drape_json(const Bench& bench, const Drape& one, const Json& distances, bool calibrated) {
   const Files& files = bench.files;
   const std::string& name = one.scene.name;
@@ -337,7 +345,7 @@ Json drape_json(const Bench& bench, const Drape& one, const Json& distances, boo
   return json;
 }
 
-Json state_view(Bench& bench, const Query&) {
+Json state_view(Bench& bench, Query&) {
   const Session& session = bench.session;
   const Files& files = bench.files;
   const auto rig = session.bench();
@@ -381,8 +389,8 @@ Json state_view(Bench& bench, const Query&) {
 
 // ---- pictures --------------------------------------------------------------------------------
 
-Json marks_view(Bench& bench, const Query& query) {
-  const std::string set = asked(query, "set");
+Json marks_view(Bench& bench, Query& query) {
+  const std::string set = query["set"];
   bench.session.require_set(set);
   Json json = {{"set", set}, {"cameras", Json::object()}};
   if (const auto seen = bench.files.marks(set))
@@ -390,10 +398,10 @@ Json marks_view(Bench& bench, const Query& query) {
   return json;
 }
 
-Json live_marks_view(Bench& bench, const Query& query) {
+Json live_marks_view(Bench& bench, Query& query) {
   Json json = {{"cameras", Json::object()}, {"still_s", bench.cameras.still_json()}};
   const auto seen =
-      bench.cameras.marks(asked(query, "surface") == "cloth" ? Surface::cloth : Surface::target);
+      bench.cameras.marks(query["surface"] == "cloth" ? Surface::cloth : Surface::target);
   if (!seen) return json;
   for (const FrameDetections& frame : seen->frames) {
     // A pixel of the picture is the mean of a square of sensor pixels.
@@ -406,8 +414,8 @@ Json live_marks_view(Bench& bench, const Query& query) {
   return json;
 }
 
-Json frame_view(Bench& bench, const Query& query) {
-  const std::string set = asked(query, "set");
+Json frame_view(Bench& bench, Query& query) {
+  const std::string set = query["set"];
   bench.session.require_set(set);
   Json json = {{"set", set}, {"cameras", Json::object()}};
   const auto recorded = bench.files.recording();
@@ -424,16 +432,15 @@ Json frame_view(Bench& bench, const Query& query) {
 // ---- calibration -----------------------------------------------------------------------------
 
 /// Marks of all calibration sets, in the pictures and in space.
-Json coverage_view(Bench& bench, const Query&) {
+Json coverage_view(Bench& bench, Query&) {
   Json json = {{"cameras", Json::object()}, {"points_mm", Json::array()}};
   const auto now = bench.files.calibration();
   for (const std::string& set : bench.files.taken_target_sets()) {
     const auto seen = bench.files.marks(set);
     if (!seen) continue;
-    for (const FrameDetections& frame : seen->frames) {
+    for (const FrameDetections& frame : seen->frames)
       for (const Detection& dot : frame.detections)
         json["cameras"][frame.camera].push_back(point_px(dot.centre_px));
-    }
     if (!now) continue;
     if (const auto measured = measure_target(*now, bench.session.bench()->target, seen->frames))
       for (const Vector3d& point : measured->points_in_world)
@@ -484,14 +491,13 @@ Json lines_of(const Json& rows, const std::vector<const char*>& keys, const char
 }
 
 /// Pages of runs, newest first; one chart per question.
-Json history_view(Bench& bench, const Query& query) {
+Json history_view(Bench& bench, Query& query) {
   Json runs = bench.files.results({"runs"});
   if (!runs.is_array()) runs = Json::array();
   std::reverse(runs.begin(), runs.end());
   const std::size_t pages =
       std::max<std::size_t>(1, (runs.size() + kRunsOnAPage - 1) / kRunsOnAPage);
-  const auto wanted =
-      static_cast<std::size_t>(std::max(1, std::atoi(asked(query, "page").c_str())));
+  const auto wanted = static_cast<std::size_t>(std::max(1, std::atoi(query["page"].c_str())));
   const std::size_t page = std::min(wanted, pages), first = (page - 1) * kRunsOnAPage;
   Json json = {{"store", bench.session.run.store().string()},
                {"page", page},
@@ -524,11 +530,10 @@ Json history_view(Bench& bench, const Query& query) {
   return json;
 }
 
-Json difference_view(Bench& bench, const Query& query) {
-  const std::string run_a = asked(query, "a"), run_b = asked(query, "b");
+Json difference_view(Bench& bench, Query& query) {
+  const std::string run_a = query["a"], run_b = query["b"];
   for (const std::string& run : {run_a, run_b})
-    if (run.empty() || run.size() > 9 ||
-        !std::all_of(run.begin(), run.end(), [](char c) { return c >= '0' && c <= '9'; }))
+    if (run.empty() || run.size() > 9 || run.find_first_not_of("0123456789") != std::string::npos)
       throw bad_input("a run is a number", {.field = run}, "take one of the list");
   return bench.files.results({"diff", run_a, run_b});
 }
@@ -536,9 +541,9 @@ Json difference_view(Bench& bench, const Query& query) {
 // ---- a drape in space ------------------------------------------------------------------------
 
 /// The measured marks as report.json has them, before they are compared.
-Json sheet_view(Bench& bench, const Query& query) {
+Json sheet_view(Bench& bench, Query& query) {
   const auto rig = bench.session.bench();
-  const Drape& one = rig->drape(asked(query, "drape"));
+  const Drape& one = rig->drape(query["drape"]);
   const auto measured = bench.files.sheet(one.scene.name);
   const auto mark_json = [](const SheetMark& mark) -> Json {
     return {
@@ -552,8 +557,10 @@ Json sheet_view(Bench& bench, const Query& query) {
 
 // ---- table of views --------------------------------------------------------------------------
 
-const std::map<std::string, Json (*)(Bench&, const Query&)>& views() {
-  static const std::map<std::string, Json (*)(Bench&, const Query&)> all = {
+}  // namespace
+
+std::optional<Json> view(Bench& bench, const std::string& name, Query query) {
+  static const std::map<std::string, Json (*)(Bench&, Query&)> views = {
       {"state", state_view},
       {"marks", marks_view},
       {"live-marks", live_marks_view},
@@ -562,20 +569,9 @@ const std::map<std::string, Json (*)(Bench&, const Query&)>& views() {
       {"sheet", sheet_view},
       {"history", history_view},
       {"diff", difference_view},
-      {"coach", [](Bench& bench, const Query&) { return coach_view(bench); }}};
-  return all;
-}
-
-}  // namespace
-
-std::string asked(const Query& query, const char* name) {
-  const auto found = query.find(name);
-  return found == query.end() ? std::string() : found->second;
-}
-
-std::optional<Json> view(Bench& bench, const std::string& name, const Query& query) {
-  const auto found = views().find(name);
-  return found == views().end() ? std::nullopt : std::optional(found->second(bench, query));
+      {"coach", [](Bench& of, Query&) { return coach_view(of); }}};
+  const auto found = views.find(name);
+  return found == views.end() ? std::nullopt : std::optional(found->second(bench, query));
 }
 
 Json coach_view(const Bench& bench) {

@@ -2,7 +2,7 @@
 #include "console/server/server.hpp"
 
 #include <arpa/inet.h>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <sys/random.h>
@@ -70,13 +70,10 @@ bool is_loopback(const std::string& host) {
 
 }  // namespace
 
-Gate::Gate(std::string token, std::vector<std::string> hosts, std::string report_token)
-    : token_(std::move(token)), report_token_(std::move(report_token)), hosts_(std::move(hosts)) {}
-
 bool Gate::knows(const std::string& path) const {
   const std::string given = path.empty() ? "" : path.substr(1, path.find('/', 1) - 1);
-  const bool of_report = !report_token_.empty() && equal(given, report_token_);
-  return equal(given, token_) || of_report;
+  const bool of_report = !report_token.empty() && equal(given, report_token);
+  return equal(given, token) || of_report;
 }
 
 Gate::Answer Gate::ask(const Knock& knock) const {
@@ -85,11 +82,11 @@ Gate::Answer Gate::ask(const Knock& knock) const {
   const bool of_report = route == "/report.html";
   const std::string given = knock.path.empty() ? "" : knock.path.substr(1, end - 1);
   if (knock.path.empty() || knock.path[0] != '/' || !knows(knock.path) ||
-      !equal(given, of_report && !report_token_.empty() ? report_token_ : token_))
+      !equal(given, of_report && !report_token.empty() ? report_token : token))
     return {401, "open the address that `drape bench` printed: it holds the token"};
   if ((knock.reached.empty() || knock.host != knock.reached) &&
       !(is_loopback(knock.reached) && is_loopback(knock.host)) &&
-      std::find(hosts_.begin(), hosts_.end(), knock.host) == hosts_.end())
+      std::find(hosts.begin(), hosts.end(), knock.host) == hosts.end())
     return {403, "this server is not called by that name"};
   if (knock.origin && *knock.origin != "http://" + knock.host)
     return {403, "a page from elsewhere may not ask"};
@@ -112,10 +109,7 @@ std::string make_token() {
   std::array<unsigned char, 16> bytes{};
   if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
     throw internal_error("the system gives no random numbers");
-  std::string text;
-  for (const unsigned char byte : bytes)
-    for (const int digit : {byte >> 4, byte & 15}) text += "0123456789abcdef"[digit];
-  return text;
+  return fmt::format("{:02x}", fmt::join(bytes, ""));
 }
 
 namespace {
@@ -143,8 +137,7 @@ constexpr std::size_t kAnswering = 16;          ///< threads
 
 constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-    "connect-src "
-    "'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// Lets a coroutine go on after a failure, with its code.
 auto noting(beast::error_code& failed) {
@@ -191,10 +184,6 @@ Knock knock_of(const Parser::value_type& in, const std::string& reached) {
           header("Sec-Fetch-Site"),
           header("Sec-Fetch-Mode"),
           header("Content-Type")};
-}
-
-Response sentence(int status, const std::string& why) {
-  return {status, "application/json", dumped({{"error", why}})};
 }
 
 /// Fills in everything but the body.
@@ -254,9 +243,9 @@ class HttpServer : public WebServer {
         answer_(std::move(answer)),
         acceptor_(listener(context_, options)),
         port_(acceptor_.local_endpoint().port()),
-        gate_(options.token,
+        gate_{options.token,
               {host("127.0.0.1"), host("localhost"), host("::1"), host(options.address)},
-              options.report_token) {
+              options.report_token} {
     events_.ring([this] { asio::post(context_, [this] { wake_readers(); }); });
   }
   ~HttpServer() override { events_.ring({}); }
@@ -368,7 +357,7 @@ class HttpServer : public WebServer {
         }
         gate = {503, "too many pages are open"};
       }
-      Response response = sentence(gate.status, gate.why);
+      Response response = error_response(gate.status, gate.why);
       if (gate.status == 0) {
         const Request request{gate.route, query_of(std::string(in.target())), in.body()};
         response = co_await asio::co_spawn(
@@ -422,9 +411,9 @@ class HttpServer : public WebServer {
       return answer_(request);
     } catch (const drape::Error& error) {
       const bool ours = error.kind() == ErrorKind::internal || error.kind() == ErrorKind::device;
-      return sentence(ours ? 500 : 400, error.what());
+      return error_response(ours ? 500 : 400, error.what());
     } catch (const std::exception& error) {
-      return sentence(500, error.what());
+      return error_response(500, error.what());
     }
   }
 
@@ -475,6 +464,10 @@ class HttpServer : public WebServer {
 
 std::string dumped(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Response error_response(int status, const std::string& why) {
+  return {status, "application/json", dumped({{"error", why}})};
 }
 
 std::unique_ptr<WebServer> make_server(const ServerOptions& options, Events& events,

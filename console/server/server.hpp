@@ -9,7 +9,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/files/json_file.hpp"
@@ -48,11 +47,12 @@ struct Knock {
 
 /// Access control. The token is the first part of every path: unlike a cookie it is not sent to
 /// other ports of the same machine, and a page from elsewhere cannot know it.
-class Gate {
- public:
-  /// `hosts`: names with port under which this server can be addressed, besides that at which it
-  /// was reached; others (DNS rebinding) are refused. `report_token` opens only the report.
-  Gate(std::string token, std::vector<std::string> hosts, std::string report_token = {});
+struct Gate {
+  std::string token;
+  /// Names with port under which this server can be addressed, besides that at which it was
+  /// reached; others (DNS rebinding) are refused.
+  std::vector<std::string> hosts;
+  std::string report_token = {};  ///< opens only the report
 
   struct Answer {
     int status = 0;  ///< 0 if accepted
@@ -62,10 +62,6 @@ class Gate {
   [[nodiscard]] Answer ask(const Knock& knock) const;
   /// True if a path begins with a token.
   [[nodiscard]] bool knows(const std::string& path) const;
-
- private:
-  std::string token_, report_token_;
-  std::vector<std::string> hosts_;
 };
 
 /// 128 random bits from the system as 32 hexadecimal digits. Throws Error(internal).
@@ -112,5 +108,8 @@ class WebServer {
 
 /// JSON on one line; bytes that are not UTF-8 are replaced.
 [[nodiscard]] std::string dumped(const Json& json);
+
+/// A response that names its cause.
+[[nodiscard]] Response error_response(int status, const std::string& why);
 
 }  // namespace drape::console

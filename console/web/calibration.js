@@ -19,15 +19,14 @@ function projection(points, axes, words) {
 
 function coachWords(coach) {
   if (coach.advice) return [h('p', {id: 'coach'}, coach.advice)];
-  const parts = [h('p', {id: 'coach'},
+  return [h('p', {id: 'coach'},
     `Predicted error of a measured point: ${number(coach.calibration_mm, 4)} mm from the calibration, ${number(coach.marks_mm, 4)} mm from the marks' own noise. `,
     coach.reached
       ? `Goal reached (a third of the marks' noise, ${number(coach.goal_mm, 4)} mm): more poses change a measured point by less than 5 %.`
-      : `Goal: ${number(coach.goal_mm, 4)} mm, a third of the marks' noise.`)];
-  parts.push(h('p', {}, coach.next
+      : `Goal: ${number(coach.goal_mm, 4)} mm, a third of the marks' noise.`),
+  h('p', {}, coach.next
     ? `Next pose that helps most: target ${coach.next.words}, seen by ${coach.next.views.length} cameras: ${number(coach.calibration_mm, 4)} to ${number(coach.next.calibration_mm, 4)} mm. Its outline is dashed in the pictures.`
-    : 'No further pose within the cameras\' view would help.'));
-  return parts;
+    : 'No further pose within the cameras\' view would help.')];
 }
 
 /// Numbers, rejected data, warnings and advice of a step's ending.

@@ -99,12 +99,6 @@ setInterval(() => {
   }
 }, 500);
 
-function doctorTable(checks) {
-  if (!checks?.length) return null;
-  return table('what the doctor says', ['check', '', 'found', 'to do'], checks.map(one =>
-    [one.check, h('td', {}, verdict(one.verdict)), one.found, one.to_do ?? '']));
-}
-
 /// A field and its button, which are kept when the page is redrawn.
 function lightField(camera, name, words) {
   const input = h('input', {type: 'number', min: 0, step: 'any', id: `${name}-${camera}`, size: 8});
@@ -143,7 +137,8 @@ function captureWords(capture) {
       : [h('button', {type: 'button', class: 'main', id: 'open', click: () => act({do: 'open'})}, 'Open the cameras'), ' ',
         h('button', {type: 'button', id: 'doctor', click: () => act({do: 'doctor'})}, 'Ask the doctor')],
     h('ul', {class: 'log'}, capture.words.filter(line => !line.startsWith('next: ')).slice(-5).map(line => h('li', {}, line))),
-    doctorTable(capture.doctor)].flat();
+    capture.doctor?.length ? table('what the doctor says', ['check', '', 'found', 'to do'], capture.doctor.map(one =>
+      [one.check, h('td', {}, verdict(one.verdict)), one.found, one.to_do ?? ''])) : null].flat();
 }
 
 function tools(state, known, shown, next, redraw) {

@@ -83,7 +83,7 @@ export function number(value, digits = 2) {
 
 export function table(caption, header, rows) {
   return h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption},
-    h('table', {}, h('thead', {}, h('tr', {}, header.map(cell => h('th', {scope: 'col'}, cell)))),
+    h('table', {}, h('thead', {}, h('tr', {}, header.map(cell => (cell ? h('th', {scope: 'col'}, cell) : h('td'))))),
       h('tbody', {}, rows.map(row => h('tr', {}, row.map(cell =>
         cell instanceof Node && cell.tagName === 'TD' ? cell : h('td', {}, cell ?? '–')))))));
 }

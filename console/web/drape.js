@@ -41,11 +41,6 @@ function layingWords(state, drape) {
     : `The match rests on ${count} of at least ${LEAST_LAYINGS} layings: take the cloth off, lay it on again, and take it as a further laying. State which face lies up.`;
 }
 
-function whyOld(state, drape) {
-  const why = state.calibration_superseded ?? drape.sheet_superseded ?? drape.result_superseded;
-  return why ? h('p', {id: 'superseded'}, `Superseded: ${why}.`) : null;
-}
-
 let kept = {text: '', view: null};
 
 /// The same view in space while what it shows is the same, so that it stays as it was turned.
@@ -76,6 +71,7 @@ export async function draw(state, redraw) {
   const reported = drape.result ? report?.drapes.find(one => one.name === name) : null;
   const live = Boolean(state.capture?.runs) && !set.taken;
   showLive(live, 'cloth');
+  const why = state.calibration_superseded ?? drape.sheet_superseded ?? drape.result_superseded;
   const calibrated = state.calibration && state.calibration.verdict !== '';
   return [
     h('h1', {}, `Drape ${name}`),
@@ -101,7 +97,7 @@ export async function draw(state, redraw) {
         click: () => act({do: 'run', drape: name})}, 'Simulate and compare'),
       reportLink(state)),
     drape.next ? h('p', {id: 'next'}, h('strong', {}, drape.next.words), drape.next.why ? ` ${drape.next.why}` : '') : null,
-    whyOld(state, drape),
+    why ? h('p', {id: 'superseded'}, `Superseded: ${why}.`) : null,
     reported ? h('div', {class: 'cards one', id: 'result'}, card(reported, pictureOf(state, drape, reported), `#drape/${encodeURIComponent(name)}`)) : null,
     live ? h('p', {id: 'still'}) : null,
     live ? h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera, outlineDrawings(sheet.outlines, camera.name)))) : null,
