@@ -376,13 +376,16 @@ void check_cameras_and_stages(const Rig& rig, bool is_good, BenchCheck& check) {
 
 /// Finds sets that show two things.
 void check_sets(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
-  std::map<std::string, std::string> shown;
+  std::map<std::string, std::pair<std::string, const Document*>> shown;
   const auto use = [&](const std::string& set, const std::string& what, const Document& file,
                        const std::string& path) {
-    const auto [first, is_new] = shown.emplace(set, what);
-    if (!is_new)
-      check.add(file, path, fmt::format("set `{}` shows {} and {}", set, first->second, what),
-                "each stage, free pose, drape and repeat has a set of its own");
+    const auto [found, is_new] = shown.try_emplace(set, what, &file);
+    if (is_new) return;
+    const auto& [other, other_file] = found->second;
+    check.add(
+        file, path,
+        fmt::format("set `{}` shows {} ({}) and {}", set, other, other_file->file().string(), what),
+        "each stage, free pose, drape and repeat has a set of its own");
   };
   for (std::size_t i = 0; i < rig.stages.size(); ++i)
     use(rig.stages[i].set, "the target (stage)", rig.document,
@@ -394,8 +397,8 @@ void check_sets(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& ch
   for (std::size_t i = 0; i < rig.repeats.size(); ++i) {
     const std::string &set = rig.repeats[i].set, own = "drape " + rig.repeats[i].scene;
     const auto found = shown.find(set);
-    if (found != shown.end() && found->second == own)
-      found->second = "a repeat of " + own;  // the rig may name the own laying once
+    if (found != shown.end() && found->second.first == own)
+      found->second.first = "a repeat of " + own;  // the rig may name the own laying once
     else
       use(set, "a repeat of " + own, rig.document, fmt::format("repeat.{}.set", i));
   }
