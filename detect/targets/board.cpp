@@ -487,7 +487,7 @@ FrameDetections detect_face(const GreyImage& image, const Target& target) {
         read({row, col}, point_m, *map);
     }
   }
-  set_corner_covariances(points, frame);
+  set_corner_covariances(target, points, frame);
   return frame;
 }
 
@@ -574,7 +574,7 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
                                   0});
     }
   }
-  set_corner_covariances(points, frame);
+  set_corner_covariances(target, points, frame);
   return frame;
 }
 

@@ -18,8 +18,8 @@ inline constexpr int kLeastHalfWindow_px = 2;  ///< smallest half window of a co
 struct CornerPoint {
   Eigen::Vector2d centre_px;
   Eigen::Matrix2d normal_matrix;  ///< information matrix of the centre, (grey levels / px)^2
-  double noise = 0;        ///< variance of a grey level, from the residuals around the corner
-  int half_window_px = 0;  ///< window used: smaller than requested near the picture's border
+  Eigen::Matrix2d score_squares;  ///< sum of squared scores over four directions
+  int half_window_px = 0;         ///< window used: smaller than requested near the picture's border
 };
 
 /// Locates a corner in a window of `half_window_px` to each side: where two blurred edges cross
@@ -44,18 +44,20 @@ struct CornerPoint {
 [[nodiscard]] std::optional<Eigen::Matrix3d> projective_map(
     const std::vector<Eigen::Vector2d>& from, const std::vector<Eigen::Vector2d>& to);
 
-/// Gives each corner of a frame the covariance of its own fit: the inverse of its information times
-/// the noise of its residuals, averaged with the frame's median noise because a window shows it to
-/// a third only. The chi-square is the ratio of the two. `points` and `frame.detections`
-/// correspond.
-void set_corner_covariances(const std::vector<CornerPoint>& points, FrameDetections& frame);
+/// Gives each corner of a frame the operator's covariance, scaled to the scatter of the corners
+/// along the lines of the target. Corners with inconsistent directions get a larger chi-square.
+/// `points` and `frame.detections` correspond.
+void set_corner_covariances(const Target& target, const std::vector<CornerPoint>& points,
+                            FrameDetections& frame);
 
 /// Finds the inner corners of a chessboard, or those of a part whose position on the board is
 /// certain. OpenCV finds and orders them; `find_corner_point` refines each in a window of a
 /// quarter of the distance to its nearest neighbour: on real pictures 0.35 touches the
 /// neighbours' edges, and 0.15 wastes signal. Corner (0, 0) lies on a dark square of the
 /// board (see core/rig.hpp), so that labels of two cameras agree in any orientation of board
-/// and camera. A frame without a board gets one rejection that says so.
+/// and camera. The covariance has the shape from the fit and the magnitude of the corners'
+/// scatter about a smooth map of the board. A frame without a board gets one rejection that
+/// says so.
 [[nodiscard]] FrameDetections detect_chessboard(const GreyImage& image, const Target& target);
 
 /// Finds the corners of a target without dots: a chessboard by detect_chessboard(), a ChArUco board

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cstdio>
 #include <ctime>
 #include <opencv2/aruco/charuco.hpp>
@@ -478,47 +477,6 @@ TEST(SaddleFit, IsAtMostNineTenthsOfCornerSubPixOffOnBlurredNoisyCorners) {
       }
     }
     EXPECT_LE(ratios / kinds, 0.9) << half_window;
-  }
-}
-
-GreyImage after_jpeg(const GreyImage& image, int quality) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(".jpg", view_of(image), bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return test::image_of(cv::imdecode(bytes, cv::IMREAD_GRAYSCALE));
-}
-
-// Mean square of the errors in units of the stated covariance, which JPEG correlates between
-// neighbours. The tolerance is that of Chessboard.TheStatedUncertaintyIsThatOfTheErrors.
-TEST(SaddleFit, StatesTheScatterOfItsErrorsWithAndWithoutJpeg) {
-  const int corners = test::trial_count(24, 200);
-  for (const int quality : {100, 95, 80}) {
-    double squares = 0;
-    int count = 0;
-    std::mt19937 random(static_cast<unsigned>(quality));
-    for (const double blur_px : {0.5, 0.8, 1.2}) {
-      for (const double noise : {1.0, 3.0, 6.0}) {
-        std::vector<CornerPoint> points;
-        std::vector<Vector2d> errors;
-        FrameDetections frame;
-        for (int i = 0; i < corners; ++i) {
-          const DrawnCorner drawn = drawn_corner(blur_px, noise, random);
-          const auto point = find_corner_point(
-              quality < 100 ? after_jpeg(drawn.image, quality) : drawn.image, drawn.centre_px, 9);
-          if (!point) continue;
-          points.push_back(*point);
-          errors.emplace_back(point->centre_px - drawn.centre_px);
-        }
-        frame.detections.resize(points.size());
-        set_corner_covariances(points, frame);
-        for (std::size_t i = 0; i < points.size(); ++i)
-          squares += errors[i].dot(frame.detections[i].covariance_px2.inverse() * errors[i]) / 2;
-        count += static_cast<int>(points.size());
-      }
-    }
-    EXPECT_GE(count, 9 * corners - 3);
-    EXPECT_NEAR(squares / count, 1, 0.5) << quality;
-    std::printf("JPEG quality %d: mean square %.2f of %d corners\n", quality, squares / count,
-                count);
   }
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -12,6 +11,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/geometry/vectors.hpp"
 #include "core/statistics/sample.hpp"
 #include "detect/targets/board.hpp"
 
@@ -36,60 +36,19 @@ constexpr double kRim_px = 1.5;
 using Parameters = Eigen::Matrix<double, 9, 1>;
 enum Index { kX, kY, kFirst = 2, kSecond = 3, kMiddle, kContrast, kBlur, kLightX, kLightY };
 
-/// Variance of rounding to the steps of the source, which a fit may absorb.
-double rounding_of(const GreyImage& image) {
-  const double step = image.levels.empty() ? 1 : 1.0 / 257;
-  return step * step / 12;
-}
-
-/// Least part of a corner's variance that its residuals may show: a small window shows little.
-constexpr double kLeastSeen = 0.1;
-
-/// Distance along x and y up to which the errors of two grey levels count as correlated: JPEG,
-/// sharpening and interpolation of a colour mosaic correlate neighbours.
-constexpr int kReach_px = 2;
-
-/// Pixels of a window by position, to sum over those near each other.
-class NearPairs {
+/// Score of a corner's position by direction. Noise of neighbouring pixels is correlated, so each
+/// eighth of a turn is one observation, together with the opposite one, which cancels the effect of
+/// symmetric misfits.
+class Scores {
  public:
-  NearPairs(const std::vector<Eigen::Vector2i>& pixels, const Vector2d& centre_px)
-      : pixels_(pixels), opposite_((2 * centre_px).array().round().cast<int>()) {
-    for (const Eigen::Vector2i& px : pixels) box_.extend(px);
-    const Eigen::Vector2i size = box_.sizes() + Eigen::Vector2i::Ones();
-    index_.setConstant(size.x(), size.y(), -1);
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      const Eigen::Vector2i at = pixels[i] - box_.min();
-      index_(at.x(), at.y()) = static_cast<int>(i);
-    }
+  void add(const Vector2d& from_centre, const Vector2d& score) {
+    const double turn = std::atan2(from_centre.y(), from_centre.x()) / (2 * kPi) + 0.5;
+    scores_.col(static_cast<int>(turn * 8) % 4) += score;
   }
-
-  /// Sum of K(i - j) (f(i, j) + f(i, j')), where K falls linearly to zero beyond kReach_px along x
-  /// and y, and j' lies opposite j: errors that are alike on opposite sides do not move the corner.
-  template <class F>
-  [[nodiscard]] double sum(const F& f) const {
-    double sum = 0;
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      for (int dy = -kReach_px; dy <= kReach_px; ++dy) {
-        for (int dx = -kReach_px; dx <= kReach_px; ++dx) {
-          const Eigen::Vector2i near = pixels_[i] + Eigen::Vector2i(dx, dy);
-          const double weight =
-              (1 - std::abs(dx) / (kReach_px + 1.0)) * (1 - std::abs(dy) / (kReach_px + 1.0));
-          for (const Eigen::Vector2i& px : {near, Eigen::Vector2i(opposite_ - near)}) {
-            if (!box_.contains(px)) continue;
-            const int j = index_(px.x() - box_.min().x(), px.y() - box_.min().y());
-            if (j >= 0) sum += weight * f(i, static_cast<std::size_t>(j));
-          }
-        }
-      }
-    }
-    return sum;
-  }
+  [[nodiscard]] Matrix2d squares() const { return scores_ * scores_.transpose(); }
 
  private:
-  const std::vector<Eigen::Vector2i>& pixels_;
-  Eigen::Vector2i opposite_;  ///< sum of the positions of two opposite pixels
-  Eigen::AlignedBox2i box_;
-  Eigen::MatrixXi index_;
+  Eigen::Matrix<double, 2, 4> scores_ = Eigen::Matrix<double, 2, 4>::Zero();
 };
 
 /// True if the information of a corner determines it along both axes.
@@ -99,7 +58,6 @@ bool determines_point(const Matrix2d& information) {
 }
 
 struct Pixel {
-  Eigen::Vector2i px;
   Vector2d at;  ///< relative to the first centre
   double level = 0, weight = 1;
 };
@@ -115,8 +73,7 @@ std::vector<Pixel> window_of(const GreyImage& image, const Vector2d& centre, dou
     for (int x = left; x <= right; ++x) {
       const Vector2d at = Vector2d(x, y) - centre;
       const double inside = radius - at.norm();
-      if (inside > 0)
-        window.push_back({{x, y}, at, image.level(x, y), std::min(1.0, inside / kRim_px)});
+      if (inside > 0) window.push_back({at, image.level(x, y), std::min(1.0, inside / kRim_px)});
     }
   }
   return window;
@@ -355,38 +312,18 @@ std::optional<Parameters> fitted(const std::vector<Pixel>& window, Parameters p,
   return std::nullopt;
 }
 
-/// Variance of a grey level that gives the corner the scatter of its residuals: sandwich estimator
-/// with correlation between neighbours (Conley 1999), over its expectation for white noise, which
-/// corrects for what the fit absorbs.
-double noise_of(const std::vector<Pixel>& window, const Parameters& p,
-                const Eigen::Matrix<double, 9, 9>& normal, const Matrix2d& covariance,
-                const Eigen::Matrix<double, 2, 7>& taken_up) {
-  const auto count = static_cast<Eigen::Index>(window.size());
-  // Derivatives, those in units of the fit's covariance, and each pixel's pull on the corner.
-  Eigen::Matrix<double, 9, Eigen::Dynamic> derivatives(9, count);
-  Eigen::Matrix2Xd pulls(2, count), moves(2, count);
-  std::vector<Eigen::Vector2i> pixels;
+/// Squared scores of the centre after projecting out the other parameters.
+Matrix2d score_squares(const std::vector<Pixel>& window, const Parameters& p,
+                       const Eigen::Matrix<double, 2, 7>& taken_up) {
+  Scores scores;
+  Parameters derivatives;
   const Saddle saddle(p);
-  Parameters by;
   for (const Pixel& pixel : window) {
-    const auto i = static_cast<Eigen::Index>(pixels.size());
-    const double miss = pixel.level - saddle.level_at(pixel.at, by);
-    derivatives.col(i) = by;
-    pulls.col(i) = pixel.weight * covariance * (by.head<2>() - taken_up * by.tail<7>());
-    moves.col(i) = miss * pulls.col(i);
-    pixels.push_back(pixel.px);
+    const double miss = pixel.level - saddle.level_at(pixel.at, derivatives);
+    scores.add(pixel.at - p.head<2>(),
+               pixel.weight * miss * (derivatives.head<2>() - taken_up * derivatives.tail<7>()));
   }
-  const Eigen::Matrix<double, 9, Eigen::Dynamic> absorbed = normal.ldlt().solve(derivatives);
-  const NearPairs pairs(pixels, window.front().px.cast<double>() - window.front().at + p.head<2>());
-  const auto at = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
-  const double found = pairs.sum(
-      [&](std::size_t i, std::size_t j) { return moves.col(at(i)).dot(moves.col(at(j))); });
-  const double expected = pairs.sum([&](std::size_t i, std::size_t j) {
-    const double own = i == j ? 1 / window[i].weight : 0;
-    return (own - derivatives.col(at(i)).dot(absorbed.col(at(j)))) *
-           pulls.col(at(i)).dot(pulls.col(at(j)));
-  });
-  return found / std::max(expected, kLeastSeen * covariance.trace());
+  return scores.squares();
 }
 
 constexpr int kMaxIterations = 50;
@@ -430,7 +367,7 @@ int half_window_within(const cv::Mat& image, const Vector2d& px, int half_window
 std::optional<CornerPoint> point_of_gradients(const GreyImage& picture, const Vector2d& start_px,
                                               int most_px) {
   const cv::Mat image = view_of(picture);
-  CornerPoint corner{start_px, Matrix2d::Zero(), 0, most_px};
+  CornerPoint corner{start_px, Matrix2d::Zero(), Matrix2d::Zero(), most_px};
   int& half_window_px = corner.half_window_px;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     half_window_px = half_window_within(image, corner.centre_px, half_window_px);
@@ -449,21 +386,85 @@ std::optional<CornerPoint> point_of_gradients(const GreyImage& picture, const Ve
     if ((corner.centre_px - start_px).cwiseAbs().maxCoeff() > most_px) return std::nullopt;
     if (step.norm() > kConverged_px) continue;
     corner.normal_matrix = normal;
-    const Matrix2d covariance = normal.inverse();
-    std::vector<Eigen::Vector2i> pixels;
-    std::vector<Vector2d> moves;
+    Scores scores;
     for_each_gradient(window, half_window_px,
                       [&](const Vector2d& p, const Vector2d& g, double weight) {
-                        pixels.emplace_back(p.cast<int>());
-                        moves.emplace_back(weight * g.dot(p) * covariance * g);
+                        scores.add(p, weight * g * g.dot(p));
                       });
-    const double found = NearPairs(pixels, Vector2d::Zero()).sum([&](std::size_t i, std::size_t j) {
-      return moves[i].dot(moves[j]);
-    });
-    corner.noise = std::max(found / covariance.trace(), rounding_of(picture));
+    corner.score_squares = scores.squares();
     return corner;
   }
   return std::nullopt;
+}
+
+/// Degree of the polynomial in the board's plane that models lens distortion of the homography: at
+/// least two and a half corners for each of its terms.
+int degree_for(std::size_t corners) {
+  for (const int degree : {4, 3, 2}) {
+    const int terms = (degree + 1) * (degree + 2) / 2;
+    if (static_cast<double>(corners) >= 2.5 * terms) return degree;
+  }
+  return 1;
+}
+
+Eigen::VectorXd terms_at(const Vector2d& at, int degree) {
+  Eigen::VectorXd terms((degree + 1) * (degree + 2) / 2);
+  Eigen::Index i = 0;
+  for (int x = 0; x <= degree; ++x)
+    for (int y = 0; x + y <= degree; ++y) terms[i++] = std::pow(at.x(), x) * std::pow(at.y(), y);
+  return terms;
+}
+
+/// Variance of a corner along one axis, px^2, from the residuals of a smooth map of the board's
+/// plane: the best homography, then a polynomial of its image. The median is robust (2 ln 2 for a
+/// circular normal error).
+std::optional<double> scatter_px2(const Target& target, const FrameDetections& frame) {
+  const std::size_t corners = frame.detections.size();
+  if (corners < 8) return std::nullopt;
+  std::vector<Vector2d> board, seen, flat;
+  for (const Detection& corner : frame.detections) {
+    board.emplace_back(target.point_in_target(corner.mark).head<2>() / target.pitch_m);
+    seen.push_back(corner.centre_px);
+  }
+  const auto map = projective_map(board, seen);
+  if (!map) return std::nullopt;
+  Vector2d middle = Vector2d::Zero();
+  for (const Vector2d& at : board) {
+    flat.push_back(mapped(*map, at));
+    middle += flat.back() / static_cast<double>(corners);
+  }
+  double size = 0;
+  for (const Vector2d& at : flat) size = std::max(size, (at - middle).norm());
+  const int degree = degree_for(corners);
+  const Eigen::Index terms = (degree + 1) * (degree + 2) / 2;
+  Eigen::MatrixXd design(corners, terms);
+  Eigen::MatrixX2d off(corners, 2);
+  for (std::size_t i = 0; i < corners; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    design.row(row) = terms_at((flat[i] - middle) / size, degree).transpose();
+    off.row(row) = (seen[i] - flat[i]).transpose();
+  }
+  // Three reweighted passes (Huber) reduce the influence of outlying corners.
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(corners));
+  std::vector<double> squares(corners);
+  double typical = 0;
+  for (int pass = 0; pass < 3; ++pass) {
+    const Eigen::MatrixXd weighted = weights.asDiagonal() * design;
+    const auto normal = (design.transpose() * weighted).ldlt();
+    const Eigen::MatrixX2d left = off - design * normal.solve(weighted.transpose() * off);
+    for (std::size_t i = 0; i < corners; ++i) {
+      // Corrects for the share of a corner's error that the fit absorbs.
+      const auto row = static_cast<Eigen::Index>(i);
+      const double own = design.row(row).dot(normal.solve(weighted.row(row).transpose()));
+      squares[i] = left.row(row).squaredNorm() / std::max(1 - own, 0.05);
+    }
+    typical = median(squares) / (2 * std::numbers::ln2);
+    for (std::size_t i = 0; i < corners; ++i) {
+      const double sigmas = std::sqrt(squares[i] / std::max(typical, 1e-30));
+      weights[static_cast<Eigen::Index>(i)] = sigmas > 2 ? 2 / sigmas : 1;
+    }
+  }
+  return typical;
 }
 
 }  // namespace
@@ -491,9 +492,8 @@ std::optional<CornerPoint> fit_saddle(const GreyImage& image, const Vector2d& st
   CornerPoint fit;
   fit.centre_px = middle + p->head<2>();
   fit.normal_matrix = normal.topLeftCorner<2, 2>() - taken_up * normal.bottomLeftCorner<7, 2>();
+  fit.score_squares = score_squares(window, *p, taken_up);
   if (!determines_point(fit.normal_matrix)) return std::nullopt;
-  fit.noise = std::max(noise_of(window, *p, normal, fit.normal_matrix.inverse(), taken_up),
-                       rounding_of(image));
   return fit;
 }
 
@@ -519,15 +519,21 @@ std::optional<Eigen::Matrix3d> projective_map(const std::vector<Vector2d>& from,
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(found.ptr<double>());
 }
 
-void set_corner_covariances(const std::vector<CornerPoint>& points, FrameDetections& frame) {
+void set_corner_covariances(const Target& target, const std::vector<CornerPoint>& points,
+                            FrameDetections& frame) {
+  std::vector<double> scores, variances;
+  for (const CornerPoint& point : points) {
+    const Matrix2d inverse = point.normal_matrix.inverse();
+    scores.push_back((inverse * point.score_squares * inverse).trace() / inverse.trace());
+    variances.push_back(inverse.trace() / 2);
+  }
   if (points.empty()) return;
-  std::vector<double> noises;
-  for (const CornerPoint& point : points) noises.push_back(point.noise);
-  const double typical = median(noises);
+  const double typical_score = median(scores);
+  const double scatter = scatter_px2(target, frame).value_or(typical_score * median(variances));
   for (std::size_t i = 0; i < points.size(); ++i) {
     frame.detections[i].covariance_px2 =
-        (typical + points[i].noise) / 2 * points[i].normal_matrix.inverse();
-    frame.detections[i].chi2_per_dof = points[i].noise / typical;
+        scatter / median(variances) * points[i].normal_matrix.inverse();
+    frame.detections[i].chi2_per_dof = typical_score > 0 ? scores[i] / typical_score : 0;
   }
 }
 
