@@ -331,7 +331,7 @@ TEST(Uncertainty, HoldsTheTrueMeanDistanceOfGridDrapes) {
         continue;
       }
       for (int set = 0; set < kCloths; ++set) {
-        const MatrixX3d real_m = cloth.real(random, drawn_apart_m(random));
+        const MatrixX3d real_m = bench.real(random, drawn_apart_m(random));
         const double true_m = cloth.true_mean_m(real_m), on_mesh_m = cloth.mean_on_mesh_m(real_m);
         const auto found = bench.found(real_m, bench.stated_m(), random);
         EXPECT_TRUE(found.inputs.missing.empty()) << found.inputs.missing.front();
