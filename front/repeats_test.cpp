@@ -58,9 +58,9 @@ TEST(Repeats, ThatCannotBeAreNamed) {
   EXPECT_THAT(problems_of("[[repeat]]\nscene = \"D\"\nset = \"empty\"\n"),
               HasSubstr("scene `D`, which the rig does not name"));
   EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"drape_A\"\n"),
-              HasSubstr("also the one of scene A"));
+              HasSubstr("set `drape_A` shows drape A ("));
   EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"stage_z000\"\n"),
-              HasSubstr("also the one of a target stage"));
+              HasSubstr("set `stage_z000` shows the target (stage) ("));
   EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"drape_X\"\n"),
               HasSubstr("the recording has no set `drape_X`"));
   EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"empty\"\nrepeat = \"a\"\n[[repeat]]\n"
