@@ -504,7 +504,7 @@ TEST_F(Programs, CtrlCEndsACaptureWithWhatItHas) {
 
 TEST_F(Programs, AFullDiskStoresNothingHalf) {
   if (std::system("unshare -rm true 2>/dev/null") != 0)
-    GTEST_SKIP() << "no mount namespace: a full disk cannot be played here";
+    GTEST_SKIP() << "missing: a mount namespace, to play a full disk";
   write_rig("replay", false);
   write_one_set("drape_A", temporary_.path() / "replay/one");
   fs::create_directories(temporary_.path() / "small");
@@ -516,7 +516,7 @@ TEST_F(Programs, AFullDiskStoresNothingHalf) {
                   "test ! -e {0}/recording/recording.json || exit 99\nexit $code\n",
                   path("small"), test::program("drape-capture").string(), path("replay")));
   const auto [code, output] = test::run_line("unshare -rm sh " + path("full.sh"));
-  if (code == 77) GTEST_SKIP() << "a small disk cannot be mounted here: " << output;
+  if (code == 77) GTEST_SKIP() << "missing: the right to mount a small disk: " << output;
   EXPECT_EQ(code, 3) << output;
   EXPECT_THAT(output, HasSubstr("No space left on device"));
   EXPECT_THAT(output, HasSubstr("to do:"));
