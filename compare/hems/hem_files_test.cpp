@@ -181,7 +181,7 @@ TEST_F(HemFiles, AnAreaThatIsNotThatOfTheRadiiIsRefused) {
   const std::size_t line = text.find('\n');
   text.insert(line, ",area_mm2");
   text.insert(text.size() - 1, ",30000");
-  expect_refused(text, "`area_mm2` stands there twice");
+  expect_refused(text, "two columns are named `area_mm2`");
   text = table(every(5), {kHem});
   text.insert(text.find('\n'), ",area_mm2");
   text.insert(text.size() - 1, ",30000");
@@ -202,7 +202,7 @@ TEST_F(HemFiles, AColumnThatIsPassedOverCouldTellFabricsApart) {
   expect_refused(renamed("repeat", "Repeat"), "did you mean `repeat`?");
   expect_refused(renamed("repeat", "specimen"), "no column `specimen`");
   expect_refused(renamed("repeat", "series"), "no column `series`");
-  expect_refused(renamed("repeat", "fabric"), "`fabric` stands there twice");
+  expect_refused(renamed("repeat", "fabric"), "two columns are named `fabric`");
   EXPECT_EQ(read(renamed("repeat", "nodes")).hems.size(), 1U) << "a number";
 }
 
