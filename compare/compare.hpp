@@ -1,16 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "compare/drape_input.hpp"
-#include "compare/metrics/drapemeter.hpp"
-#include "compare/metrics/metrics.hpp"
-#include "compare/repeats/repeats.hpp"
-#include "core/run_report.hpp"
 
 namespace drape::compare {
 

@@ -1,18 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <filesystem>
-#include <map>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "compare/metrics/metrics.hpp"
 #include "compare/repeats/repeats.hpp"
-#include "core/scene.hpp"
-#include "core/sheet.hpp"
 #include "core/simulation_files.hpp"
 
 namespace drape::compare {

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "core/sheet.hpp"
 
 namespace drape::compare {

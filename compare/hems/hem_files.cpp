@@ -6,7 +6,6 @@
 
 #include <cctype>
 #include <regex>
-#include <set>
 
 #include "compare/records/provenance.hpp"
 #include "core/drape_mesh.hpp"
@@ -171,18 +170,18 @@ std::vector<std::string> columns_of_radii(const CsvText& table) {
 }
 
 /// One row of the table.
-class Row {
- public:
-  Row(const CsvText& table, std::size_t row) : table_(table), row_(row) {}
+struct Row {
+  const CsvText& table;
+  std::size_t row;
 
   [[nodiscard]] Where where(const std::string& field = {}) const {
-    return {.file = table_.file.string(), .line = table_.lines[row_], .field = field};
+    return {.file = table.file.string(), .line = table.lines[row], .field = field};
   }
   [[nodiscard]] std::string text(const std::string& name) const {
-    return table_.has(name) ? table_.rows[row_][table_.column(name)] : std::string();
+    return table.has(name) ? table.rows[row][table.column(name)] : std::string();
   }
   [[nodiscard]] std::optional<double> number(const std::string& name) const {
-    return table_.has(name) ? table_.number(row_, name) : std::nullopt;
+    return table.has(name) ? table.number(row, name) : std::nullopt;
   }
   /// Positive value in units of `unit`; nullopt if the cell or column is absent.
   [[nodiscard]] std::optional<double> positive(const std::string& name, double unit) const {
@@ -199,10 +198,6 @@ class Row {
       throw bad_input("an uncertainty is below 0", where("u_" + of), "correct it");
     return value;
   }
-
- private:
-  const CsvText& table_;
-  std::size_t row_;
 };
 
 /// Radii are outermost: if folds overhang, the covered area is smaller than they suggest.
@@ -239,7 +234,7 @@ std::vector<HemRecord> read_hems_csv(const fs::path& file, const HemReadOptions&
     throw bad_input("the table has no row", {.file = file.string()}, "give a row per hem");
   std::vector<HemRecord> records;
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const Row row(table, i);
+    const Row row{table, i};
     HemRecord record;
     record.file = fmt::format("{}:{}", file.string(), table.lines[i]);
     for (const auto& [name, member] : kNames) record.*member = row.text(name);

@@ -1,16 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <functional>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "compare/hems/silhouette.hpp"
-#include "compare/metrics/drapemeter.hpp"
 #include "compare/repeats/repeats.hpp"
-#include "core/fields/records.hpp"
 
 namespace drape::compare {
 

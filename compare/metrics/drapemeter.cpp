@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <unsupported/Eigen/FFT>
@@ -64,7 +63,6 @@ std::optional<std::vector<double>> closed(const std::vector<std::optional<double
 
 std::vector<MarkId> border_of(int rows, int cols) {
   std::vector<MarkId> border;
-  border.reserve(cols);
   for (int col = 0; col < cols; ++col) border.push_back({0, col});
   for (int row = 1; row < rows; ++row) border.push_back({row, cols - 1});
   for (int col = cols - 2; col >= 0 && rows > 1; --col) border.push_back({rows - 1, col});

@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <numbers>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "core/fields/fields.hpp"
 #include "core/geometry/outline.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"

@@ -391,7 +391,6 @@ void add_sigmas(const std::vector<double>& distances_m, const std::vector<double
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return distances_m[i]; });
   std::vector<double> sorted_sigmas;
-  sorted_sigmas.reserve(order.size());
   for (const std::size_t i : order) sorted_sigmas.push_back(sigmas_m[i]);
   const double variances = sum_of_squares(sigmas_m);
   double weighted = 0;

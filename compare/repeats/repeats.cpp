@@ -4,14 +4,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <algorithm>
-#include <cmath>
-#include <set>
 
 #include "compare/metrics/metrics.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/files/files.hpp"
-#include "core/statistics/sample.hpp"
 
 namespace drape::compare {
 namespace {
@@ -200,6 +196,14 @@ MarkRepeats::SheetMatch match_of(const std::vector<SheetFile>& repeats, const Sh
   return match;
 }
 
+/// The probabilities of the tests that could be made.
+std::vector<double> known_p(const std::vector<Judgement>& judgements) {
+  std::vector<double> known;
+  for (const Judgement& judgement : judgements)
+    if (judgement.p) known.push_back(*judgement.p);
+  return known;
+}
+
 struct RepeatRow {
   std::string sheet;
   std::vector<double> rms_m;
@@ -327,27 +331,17 @@ Judgement judge_points(const Distances& distances, const VariancePrior& prior) {
 }
 
 std::optional<double> joint_p(const std::vector<Judgement>& judgements) {
-  double least = 1;
-  int count = 0;
-  for (const Judgement& judgement : judgements) {
-    if (!judgement.p) continue;
-    least = std::min(least, *judgement.p);
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return std::min(1.0, count * least);
+  const std::vector<double> known = known_p(judgements);
+  if (known.empty()) return std::nullopt;
+  return std::min(1.0, static_cast<double>(known.size()) * std::ranges::min(known));
 }
 
 std::optional<double> combined_p(const std::vector<Judgement>& judgements) {
-  double sum = 0;
-  int count = 0;
-  for (const Judgement& judgement : judgements) {
-    if (!judgement.p) continue;
-    sum += std::tan((0.5 - std::min(*judgement.p, kMostP)) * std::numbers::pi);
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return 0.5 - std::atan(sum / count) / std::numbers::pi;
+  std::vector<double> quantiles;
+  for (const double p : known_p(judgements))
+    quantiles.push_back(std::tan((0.5 - std::min(p, kMostP)) * std::numbers::pi));
+  if (quantiles.empty()) return std::nullopt;
+  return 0.5 - std::atan(mean_of(quantiles)) / std::numbers::pi;
 }
 
 const RepeatPriors& published_priors() {

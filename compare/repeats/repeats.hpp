@@ -1,16 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <map>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "compare/metrics/drapemeter.hpp"
-#include "core/fields/records.hpp"
 #include "core/run_report.hpp"
-#include "core/sheet.hpp"
 
 namespace drape::compare {
 

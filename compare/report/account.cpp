@@ -578,7 +578,7 @@ RunReport account_of(const Session& session, const Outcome& outcome, const fs::p
   }
   for (const VirtualGroup& group : outcome.groups)
     report.virtual_groups.push_back({"virtual-" + std::to_string(report.virtual_groups.size() + 1),
-                                     "", virtual_group_table(group)});
+                                     "", pair_table(group.name, group.pairs)});
   if (!report.drapes.empty()) report.rig = report.drapes.front().rig;
   if (session.calibration) report.calibration = calibration_of(session);
   report.notes = notes_of(outcome);

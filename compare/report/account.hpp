@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <string>
-
-#include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "core/run_report.hpp"
 
 namespace drape::compare {
 

@@ -4,14 +4,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cmath>
 #include <regex>
 
 #include "compare/report/account.hpp"
-#include "compare/tables/tables.hpp"
 #include "core/drawing/svg.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {

@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "compare/history/results.hpp"
-#include "core/fields/fields.hpp"
-#include "core/run_report.hpp"
 
 namespace drape::compare {
 

@@ -130,9 +130,7 @@ void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs
   else
     inputs.lack("marks: they carry no covariance");
   const auto& own = input.measured.sheet.error_budget;
-  if (!own || !own->calibration_m) {
-    return inputs.lack("calibration: its file gives no covariance");
-  }
+  if (!own || !own->calibration_m) return inputs.lack("calibration: its file gives no covariance");
   const auto add_common = [&](const char* what, double rms_m) {
     const MatrixX3d away_m = rms_m / std::sqrt(3.0) * inputs.differences_m.rowwise().normalized();
     inputs.effects.push_back(
@@ -254,10 +252,6 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
 
 constexpr double kBand = 0.95;  // least fraction of marks within their 95 % bands of a drape
 
-RepeatId id_of(const SheetFile& file) {
-  return file.repeat.value_or(RepeatId{"", file.measured().set, ""});
-}
-
 std::string face_text(const std::string& face) {
   return face.empty() ? "not stated" : "`" + face + "`";
 }
@@ -274,7 +268,7 @@ std::optional<double> apart_m(const Sheet& a, const Sheet& b) {
 /// Reason why a laying is not a repeat of the drape's own; empty if it is.
 std::string left_out(const SheetFile& own_file, const SheetFile& other_file) {
   const Sheet &own = own_file.sheet, &other = other_file.sheet;
-  const std::string face = id_of(own_file).face, its_face = id_of(other_file).face;
+  const std::string face = own_file.face(), its_face = other_file.face();
   if (other.no_go) return "its measurement is NO-GO: " + *other.no_go;
   if (face != its_face)
     return fmt::format("its upper face is {}, the drape's is {}", face_text(its_face),
@@ -301,11 +295,6 @@ double mean_apart_m(const RepeatBasis& basis) {
 
 const MarkRepeats::SheetMatch* among(const Report& report) {
   return report.among_repeats ? &report.among_repeats->matches.front() : nullptr;
-}
-
-int repeats_of(const Report& report) {
-  return static_cast<int>(std::ranges::count_if(
-      report.repeats, [](const RepeatLine& line) { return line.left_out.empty(); }));
 }
 
 void add_repeats(const Report& report, std::vector<MatchBasis>& bases) {
@@ -357,7 +346,8 @@ void set_limit(const Options& options, const Report& report, MatchVerdict& verdi
   verdict.limit_m = match ? limit_m(*match, report.significance) : std::nullopt;
   if (verdict.limit_m) {
     verdict.value_m = mean_of(match->bases.front().virtual_to_real_m);
-    verdict.rests_on = fmt::format("{} repeats", repeats_of(report));
+    verdict.rests_on = fmt::format(
+        "{} repeats", std::ranges::count(report.repeats, std::string(), &RepeatLine::left_out));
   } else if (options.tolerance_m) {
     verdict.limit_m = options.tolerance_m;
     verdict.value_m = report.speaks().statistics.mean_m;
@@ -393,8 +383,7 @@ std::vector<std::string> remedies_of(Budget budget, double room_m) {
   std::vector<std::string> remedies;
   for (BudgetLine* line : open) {
     if (open_m() < room_m) break;
-    if (size_m(line) > 0 &&
-        std::find(remedies.begin(), remedies.end(), line->remedy) == remedies.end())
+    if (size_m(line) > 0 && std::ranges::find(remedies, line->remedy) == remedies.end())
       remedies.push_back(line->remedy);
     if (line->own_m) line->own_m = 0.5 * *line->own_m;
     line->u_m = 0;
@@ -477,11 +466,6 @@ std::optional<ModelRest> model_of(const DrapeInput& input, const Report& report)
     if (model.apart_m) model.other_branch = *model.apart_m > list->linked_m;
   }
   return model;
-}
-
-/// U in mm, by which figures are rounded; a lower bound rounds nothing.
-std::optional<double> expanded_mm(const Budget& budget) {
-  return budget.missing.empty() ? std::optional(budget.expanded_m / mm) : std::nullopt;
 }
 
 /// Text: ". Started from the measured shape, it rests 13.2 mm from the cloth (8 to 13 mm by
@@ -643,7 +627,7 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
   if (input.repeats.empty()) return;
   const SheetFile& own = input.measured;
   const auto line_of = [](const SheetFile& file) {
-    const RepeatId id = id_of(file);
+    const RepeatId id = file.repeat.value_or(RepeatId{"", file.measured().set, ""});
     return RepeatLine{{}, file.measured().set, id.name, id.face, {}, {}};
   };
   report.repeats.push_back(line_of(own));
@@ -688,7 +672,8 @@ MatchVerdict match_of(const DrapeInput& input, const Options& options, const Rep
     verdict.reason = report.no_go.front();
     return verdict;
   }
-  const std::optional<double> u_mm = expanded_mm(*report.budget);
+  std::optional<double> u_mm;  // rounds the figures; a lower bound rounds nothing
+  if (report.budget->missing.empty()) u_mm = report.budget->expanded_m / mm;
   set_limit(options, report, verdict);
   if (verdict.limit_m) {
     judge_by_limit(input, report, u_mm, verdict);

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "compare/compare.hpp"
 #include "compare/tables/tables.hpp"
 
 namespace drape::compare {

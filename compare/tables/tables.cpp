@@ -2,6 +2,7 @@
 #include "compare/tables/tables.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "compare/folds/folds.hpp"
 #include "core/files/files.hpp"
@@ -58,9 +59,7 @@ std::string fine_mm(const std::optional<double>& length_m) {
 }
 
 std::string csv_line(const std::vector<std::string>& cells) {
-  std::string line;
-  for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : ",") + csv_cell(cells[i]);
-  return line + '\n';
+  return fmt::format("{}\n", fmt::join(cells | std::views::transform(csv_cell), ","));
 }
 
 Json json_cell(const std::string& cell, bool numeric) {
@@ -88,25 +87,6 @@ std::set<std::string> apart_keys(const DrapeInput& input) {
 std::string apart_value(const Simulation& simulation, const std::string& key) {
   const auto found = simulation.apart.find(key);
   return found == simulation.apart.end() ? std::string() : found->second;
-}
-
-/// The paper's even tables.
-Table pair_table(const std::string& name, const std::vector<VirtualVirtual>& pairs) {
-  Table table = titled(fmt::format("Virtual vs virtual, experiment {}", name));
-  const auto add = [&](const VirtualVirtual& pair) {
-    Row row(table);
-    row.word("pair", "pair", pair.label + pair.apart);
-    row.number("mean_dist_mm", "mean dist (mm)", mm_text(pair.statistics.mean_m));
-    row.number("max_mm", "max (mm)", mm_text(pair.statistics.max_m));
-    row.number("surface_mean_mm", "surfaces, mean (mm)", mm_text(pair.surface.mean_m()));
-    row.number("hausdorff_mm", "Hausdorff (mm)", mm_text(pair.surface.hausdorff_m()));
-    row.number("points", "points", std::to_string(pair.statistics.marks));
-  };
-  for (const VirtualVirtual& pair : pairs) add(pair);
-  if (!pairs.empty()) return table;
-  add({});  // names the columns
-  table.rows.clear();
-  return table;
 }
 
 /// One row per mark without a distance, with its reason.
@@ -461,8 +441,22 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
   return table;
 }
 
-Table virtual_group_table(const VirtualGroup& group) {
-  return pair_table(group.name, group.pairs);
+Table pair_table(const std::string& name, const std::vector<VirtualVirtual>& pairs) {
+  Table table = titled(fmt::format("Virtual vs virtual, experiment {}", name));
+  const auto add = [&](const VirtualVirtual& pair) {
+    Row row(table);
+    row.word("pair", "pair", pair.label + pair.apart);
+    row.number("mean_dist_mm", "mean dist (mm)", mm_text(pair.statistics.mean_m));
+    row.number("max_mm", "max (mm)", mm_text(pair.statistics.max_m));
+    row.number("surface_mean_mm", "surfaces, mean (mm)", mm_text(pair.surface.mean_m()));
+    row.number("hausdorff_mm", "Hausdorff (mm)", mm_text(pair.surface.hausdorff_m()));
+    row.number("points", "points", std::to_string(pair.statistics.marks));
+  };
+  for (const VirtualVirtual& pair : pairs) add(pair);
+  if (!pairs.empty()) return table;
+  add({});  // names the columns
+  table.rows.clear();
+  return table;
 }
 
 Table mark_table(const DrapeInput& input, const Report& report) {

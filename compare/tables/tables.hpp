@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "compare/compare.hpp"
 #include "compare/records/provenance.hpp"
 #include "core/files/json_file.hpp"
-#include "core/simulation_files.hpp"
 
 namespace drape::compare {
 
@@ -34,8 +29,8 @@ namespace drape::compare {
                                  const BranchSet& set);
 /// Sentence without a full stop, such as "the real shape is nearest to branch 5 of 12 ...".
 [[nodiscard]] std::string branch_sentence(const DrapeInput& input, const BranchSet& set);
-/// The paper's even tables, for simulations without a real cloth.
-[[nodiscard]] Table virtual_group_table(const VirtualGroup& group);
+/// The paper's even tables: pairs of simulations of one drape or one scene, by its name.
+[[nodiscard]] Table pair_table(const std::string& name, const std::vector<VirtualVirtual>& pairs);
 /// One row per measured mark: its sigma and views, and its distance from every simulation.
 [[nodiscard]] Table mark_table(const DrapeInput& input, const Report& report);
 
