@@ -95,7 +95,7 @@ Bench some_bench(int seed, bool stand_in) {
   });
   bench.measured.error_budget = ErrorBudget{kMark_m, kCalibration_m, 0, kCalibration_m};
   bench.scene.obstacles = {Sphere{Vector3d::Zero(), 45 * mm}};
-  bench.scene.uncertainties = {{kPlace_m, kSize_m, true}};
+  bench.scene.uncertainties = {{kPlace_m, kSize_m, {}, true}};
   bench.scene.friction = bench.stated.friction;
   bench.scene.friction_uncertainty = kFriction;
   return bench;
@@ -326,6 +326,48 @@ TEST(TotalUncertainty, OfSheetsThatCoincideIsWhatMovesThemApart) {
   const Eigen::MatrixX3d apart_m = Eigen::MatrixX3d::Zero(20, 3);
   const Eigen::MatrixX3d up_m = Eigen::RowVector3d(0, 2 * mm, 0).replicate(20, 1);
   EXPECT_NEAR(alone_m(apart_m, {"", "", false, -up_m, up_m}), 2 * mm, 1e-12);
+}
+
+/// The model is right, so that the true mean distance is 0 and all of the measured one is error:
+/// errors of many inputs, each of which moves the marks around a place of its own.
+TEST(TotalUncertainty, HoldsSheetsThatCoincideButForManyErrors) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  const auto direction = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+  constexpr int kSide = 8, kDraws = 1000;
+  for (const int count : {1, 3, 12, 30}) {
+    BudgetInputs inputs;
+    for (int i = 0; i < count; ++i) {
+      const Vector3d at = 4 * direction() + Vector3d(3.5, 3.5, 0), way = 0.5 * mm * direction();
+      Eigen::MatrixX3d up_m(kSide * kSide, 3);
+      for (int k = 0; k < kSide * kSide; ++k)
+        up_m.row(k) =
+            way * std::exp(-0.1 * (Vector2d(k / kSide, k % kSide) - at.head<2>()).squaredNorm());
+      inputs.effects.push_back({"", "", false, -up_m, up_m});
+    }
+    int within = 0, by_each = 0;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      inputs.differences_m = Eigen::MatrixX3d::Zero(kSide * kSide, 3);
+      for (const InputEffect& effect : inputs.effects)
+        inputs.differences_m += normal(random) * effect.up_m;
+      const double mean_m = inputs.differences_m.rowwise().norm().mean();
+      within += mean_m <= budget_of(inputs).inputs_m;
+      std::vector<BudgetLine> each;
+      for (const InputEffect& effect : inputs.effects)
+        each.push_back({"", alone_m(inputs.differences_m, effect), ""});
+      by_each += mean_m <= half_width_m(each);
+    }
+    std::printf("%d errors of sheets that coincide: U holds %.1f %%, by each alone %.1f %%\n",
+                count, 100.0 * within / kDraws, 100.0 * by_each / kDraws);
+    EXPECT_GE(within / double(kDraws), 0.95 - 3 * std::sqrt(0.05 * 0.95 / kDraws)) << count;
+  }
+}
+
+/// Errors across a distance add to its square: 3 mm across 4 mm make 5 mm.
+TEST(TotalUncertainty, HoldsWhatErrorsLengthenADistanceBy) {
+  EXPECT_NEAR(lengthened_m(5 * mm, 3 * mm), 1 * mm, 1e-12);
+  EXPECT_EQ(lengthened_m(2 * mm, 3 * mm), 2 * mm) << "the sheets may coincide";
+  EXPECT_NEAR(lengthened_m(100 * mm, 1 * mm), 0.005 * mm, 1e-6);
 }
 
 TEST(TotalUncertainty, HoldsNinetyFiveOfAHundredWhereOneRangeMovesSheetsThatLieNear) {

@@ -18,11 +18,64 @@ constexpr double kMeasuredPart = 0.05;
 constexpr double kNormal = 1.96, kRectangular = 1.6454;  // 0.95 sqrt(3); coverage factors for 95 %
 constexpr double kBend = 2.4;  // exponent; error 1 % for two rectangular, 3 % for one and a normal
 constexpr std::size_t kLeastDrawn = 2;  // with fewer there is no scatter
+constexpr double kConfidence = 0.95;
+constexpr double kRounding = 1e-9;  // relative, so that a bound holds what it equals
 
 /// Change of the mean distance due to displacements of the marks.
 double mean_change_m(const MatrixX3d& differences_m, const MatrixX3d& moves_m) {
   return ((differences_m + moves_m).rowwise().norm() - differences_m.rowwise().norm()).mean();
 }
+
+/// Standard displacements of the marks by independent errors.
+class Displacements {
+ public:
+  explicit Displacements(Index marks)
+      : squares_m2_(Eigen::VectorXd::Zero(marks)), common_m_(MatrixX3d::Zero(marks, 3)) {}
+
+  void add(const InputEffect& effect) {
+    // Mean squares of z and of z^2 over the distribution, of standard uncertainty or half width 1.
+    const double of_slope = effect.rectangular ? 1.0 / 3 : 1,
+                 of_curve = effect.rectangular ? 1.0 / 5 : 3;
+    add(0.5 * std::sqrt(of_slope) * (effect.up_m - effect.down_m));
+    add(0.5 * std::sqrt(of_curve) * (effect.up_m + effect.down_m));
+  }
+  void add(MatrixX3d field_m) {
+    if (field_m.isZero(0)) return;
+    squares_m2_ += field_m.rowwise().squaredNorm();
+    fields_m_.push_back(std::move(field_m));
+  }
+  /// States the part of the added fields that every drape has; it does not scatter.
+  void set_common(MatrixX3d field_m) { common_m_ = std::move(field_m); }
+  /// Errors of each mark by itself.
+  void add_independent(double length_m) { squares_m2_.array() += length_m * length_m; }
+
+  /// Bound of the mean displacement that 95 of 100 drapes keep: the mean of norms is at most
+  /// (mean s mean(|e|^2 / s))^(1/2), s the root mean square of each mark's displacement e
+  /// (Cauchy-Schwarz), a quadratic form of the errors, whose quantile is that of a chi square
+  /// distribution with its mean and variance (Satterthwaite 1946).
+  [[nodiscard]] double bound_m() const {
+    const Eigen::ArrayXd sizes_m = squares_m2_.array().sqrt();
+    const double mean_m = sizes_m.size() > 0 ? sizes_m.mean() : 0;
+    if (!(mean_m > 0)) return 0;
+    const Eigen::ArrayXd weights =
+        (sizes_m > 0).select(mean_m / (static_cast<double>(sizes_m.size()) * sizes_m), 0);
+    const auto product_m2 = [&](const MatrixX3d& one, const MatrixX3d& other) {
+      return (weights * one.cwiseProduct(other).rowwise().sum().array()).sum();
+    };
+    double squares_m4 = -std::pow(product_m2(common_m_, common_m_), 2);
+    for (const MatrixX3d& one : fields_m_)
+      for (const MatrixX3d& other : fields_m_) squares_m4 += std::pow(product_m2(one, other), 2);
+    const double dof = squares_m4 > 0 ? std::pow(mean_m, 4) / squares_m4 : kManyDof;
+    return mean_m * std::sqrt(chi_square_beyond(1 - kConfidence, dof) / dof);
+  }
+
+ private:
+  static constexpr double kManyDof = 1e6;
+
+  Eigen::VectorXd squares_m2_;
+  MatrixX3d common_m_;
+  std::vector<MatrixX3d> fields_m_;
+};
 
 /// Positions of the headline's marks in another list; nullopt if it lacks one.
 template <class List, class MarkOf = std::identity>
@@ -355,16 +408,75 @@ void set_limit(const Options& options, const Report& report, MatchVerdict& verdi
   }
 }
 
+/// Lines of the inputs: those without a bound.
+std::vector<BudgetLine> inputs_of(const std::vector<BudgetLine>& lines) {
+  std::vector<BudgetLine> of_inputs;
+  std::ranges::copy_if(lines, std::back_inserter(of_inputs),
+                       [](const BudgetLine& line) { return !line.own_m; });
+  return of_inputs;
+}
+
 /// Sets the half width of the inputs alone and the sum of the bounds.
 void add_open(Budget& budget) {
-  std::vector<BudgetLine> of_inputs;
   budget.own_m = 0;
-  for (const BudgetLine& line : budget.lines)
-    if (line.own_m)
-      budget.own_m += *line.own_m;
-    else
-      of_inputs.push_back(line);
-  budget.inputs_m = half_width_m(of_inputs);
+  for (const BudgetLine& line : budget.lines) budget.own_m += line.own_m.value_or(0);
+  budget.inputs_m = half_width_m(inputs_of(budget.lines));
+}
+
+/// Standard uncertainty of a normal contribution that widens these lines to a half width.
+double widening_m(const std::vector<BudgetLine>& lines, double to_m) {
+  const double own_m = half_width_m(lines);
+  if (own_m >= to_m) return 0;
+  if (!(own_m > 0)) return to_m * (1 + kRounding) / kNormal;
+  double squares_m2 = 0;
+  for (const BudgetLine& line : lines) squares_m2 += line.u_m * line.u_m;
+  return std::sqrt(squares_m2 * (std::pow(to_m * (1 + kRounding) / own_m, 2) - 1));
+}
+
+/// Adds what the drapes with all values wrong at once show beyond first order: as large as where
+/// the sheets coincide, in the directions of what first order lacks.
+void add_beyond(const BudgetInputs& inputs, Displacements& errors) {
+  if (inputs.drawn.size() < kLeastDrawn) return;
+  const auto size_m = [](const MatrixX3d& field_m) { return field_m.rowwise().norm().mean(); };
+  double squares_m2 = 0;
+  for (const DrawnTogether& one : inputs.drawn)
+    squares_m2 += std::pow(size_m(one.moves_m - one.first_order_m), 2);
+  if (!(squares_m2 > 0)) return;
+  const double u_m = beyond_m(MatrixX3d::Zero(inputs.differences_m.rows(), 3), inputs.drawn);
+  MatrixX3d common_m = MatrixX3d::Zero(inputs.differences_m.rows(), 3);
+  for (const DrawnTogether& one : inputs.drawn) {
+    const MatrixX3d field_m = u_m / std::sqrt(squares_m2) * (one.moves_m - one.first_order_m);
+    common_m += field_m / std::sqrt(static_cast<double>(inputs.drawn.size()));
+    errors.add(field_m);
+  }
+  errors.set_common(std::move(common_m));
+}
+
+/// Adds what errors lengthen the distances by beyond the lines, for the inputs and for all of them:
+/// none of them alone shows it where the sheets are close.
+void add_lengthening(const BudgetInputs& inputs, Budget& budget) {
+  const double mean_m = inputs.differences_m.rowwise().norm().mean();
+  const auto along_m = [&](double u_m) -> MatrixX3d {
+    return u_m * inputs.differences_m.rowwise().normalized();
+  };
+  Displacements of_inputs(inputs.differences_m.rows());
+  of_inputs.add_independent(std::sqrt(3.0 * static_cast<double>(inputs.differences_m.rows())) *
+                            inputs.marks_m);
+  add_beyond(inputs, of_inputs);
+  for (const InputEffect& effect : inputs.effects)
+    if (!effect.own_m) of_inputs.add(effect);
+  Displacements of_all = of_inputs;
+  if (inputs.unmeasured) of_all.add(along_m(inputs.unmeasured->u_m));
+  for (const InputEffect& effect : inputs.effects)
+    if (effect.own_m) of_all.add(effect);
+  const double bound_m = of_all.bound_m(),
+               u_m = std::max(
+                   widening_m(inputs_of(budget.lines), lengthened_m(mean_m, of_inputs.bound_m())),
+                   widening_m(budget.lines, lengthened_m(mean_m, bound_m)));
+  if (u_m > 0)
+    budget.lines.push_back(
+        {"errors that lengthen every distance", u_m,
+         fmt::format("all together displace the marks by up to {:.3f} mm", bound_m / mm)});
 }
 
 /// Remedies that together could reduce the open contributions below `room_m`, largest first; empty
@@ -585,6 +697,7 @@ Budget budget_of(const BudgetInputs& inputs) {
   for (const InputEffect& effect : inputs.effects)
     budget.lines.push_back({effect.what, alone_m(inputs.differences_m, effect), effect.origin,
                             effect.rectangular, effect.remedy, effect.own_m});
+  add_lengthening(inputs, budget);
   std::ranges::stable_sort(budget.lines, std::greater(), &BudgetLine::u_m);
   budget.expanded_m = half_width_m(budget.lines);
   add_open(budget);
@@ -620,6 +733,10 @@ double alone_m(const MatrixX3d& differences_m, const InputEffect& effect) {
   const double farthest_m = std::max(std::abs(mean_change_m(differences_m, curve_m - slope_m)),
                                      std::abs(mean_change_m(differences_m, curve_m + slope_m)));
   return farthest_m / (effect.rectangular ? std::sqrt(3.0) : kNormal);
+}
+
+double lengthened_m(double mean_m, double bound_m) {
+  return mean_m - std::sqrt(std::max(0.0, mean_m * mean_m - bound_m * bound_m));
 }
 
 void judge_repeats(const DrapeInput& input, const Options& options, Report& report) {

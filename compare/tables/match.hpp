@@ -60,6 +60,11 @@ struct BudgetInputs {
 [[nodiscard]] double beyond_m(const Eigen::MatrixX3d& differences_m,
                               const std::vector<DrawnTogether>& drawn);
 
+/// Amount by which errors can have lengthened a mean distance of sheets: errors across a distance
+/// add to its square, so that d^2 <= true^2 + bound^2 where they displace the marks by at most
+/// `bound_m`: d - (d^2 - bound^2)^(1/2), and all of d where the sheets may coincide (d <= bound).
+[[nodiscard]] double lengthened_m(double mean_m, double bound_m);
+
 /// Half width that contains the mean in 95 of 100 cases, for independent contributions: root sum of
 /// squares times a coverage factor between those of the normal (1.96) and of the rectangular
 /// distribution (1.645): 1.96 - 0.315 q^2.4, with q the kurtosis of the sum relative to that of a

@@ -342,13 +342,14 @@ std::optional<BeyondFirstOrder> beyond_first_order(const Ensemble& ensemble,
     rest.ending = other.ending_of(*again.level, again.rest, again.levels.back().rest);
     if (rest.ending != "at rest") return;
     const MatrixX3d marks_m = other.drape->local.rows_to_world(again.marks_of_level.back());
+    const MatrixX3d first_order_m = answered(split, errors);
     if (marks_m.rows() != rest_m.rows() ||
-        mean_distance_m(marks_m, rest_m, ensemble.round) > reach_m) {
+        mean_distance_m(marks_m, rest_m + first_order_m, ensemble.round) > reach_m) {
       rest.ending = "on another branch";
       return;
     }
     rest.moves_m = rows_of(marks_m - rest_m);
-    rest.first_order_m = rows_of(answered(split, errors));
+    rest.first_order_m = rows_of(first_order_m);
   });
   return found;
 }

@@ -52,8 +52,9 @@ struct OwnBands {
 /// Drapes the scene's own start eight times on the coarsest mesh with errors in all values of
 /// uncertainties_of() at once, each one standard uncertainty up or down at random (seeded), and
 /// compares with the first-order responses of the unperturbed equilibrium on that mesh. A run that
-/// fails or ends farther away than one branch reaches is not counted; the reason is stated. nullopt
-/// if the unperturbed start has no equilibrium or no first-order response.
+/// fails or ends farther from its first-order response than one branch reaches is not counted; the
+/// reason is stated. nullopt if the unperturbed start has no equilibrium or no first-order
+/// response.
 [[nodiscard]] std::optional<BeyondFirstOrder> beyond_first_order(
     const Ensemble& ensemble, const EnsembleCase& own, const std::optional<Sheet>& measured,
     const EnsembleOptions& how);
