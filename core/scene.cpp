@@ -61,6 +61,10 @@ constexpr Field standard_uncertainty(std::string_view name, std::string_view mea
   return {name, meaning, mm, above_zero};
 }
 
+bool has_turn(const Obstacle& object) {
+  return std::holds_alternative<Box>(object) || std::holds_alternative<MeshObject>(object);
+}
+
 /// One [[object]] of the file; the scene keeps its parts in separate lists.
 struct SceneObject {
   Obstacle shape;
@@ -134,6 +138,13 @@ void fields(Fields& f, SceneObject& object) {
            u.stated_place_m);
   f.if_any(standard_uncertainty("size_uncertainty_mm", "standard uncertainty of its size"),
            u.stated_size_m);
+  f.if_any({"turn_uncertainty_deg",
+            "standard uncertainty of its turn about the vertical; of a box, if absent, that of an "
+            "edge between two ends of its place's uncertainty",
+            deg, above_zero, 45, "give one standard deviation in degrees, e.g. 0.4"},
+           u.stated_turn_rad);
+  f.rule(!u.stated_turn_rad || has_turn(object.shape), "turn_uncertainty_deg",
+         "only a box or a mesh can be turned", "remove turn_uncertainty_deg");
   f.otherwise({"on_stand", "true if it stands on something that the scene does not contain"},
               u.on_stand);
   ObjectTags tags = object.tags.value_or(ObjectTags{});
@@ -337,7 +348,7 @@ namespace {
 /// Standard uncertainty stated by the operator, or assumed where it could be stated.
 ValueWidth standard(double u, const char* unit, bool stated, const std::string& measure) {
   return {u, u, false,
-          fmt::format("{:g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"),
+          fmt::format("{:.4g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"),
           stated ? "" : measure};
 }
 
@@ -428,6 +439,12 @@ std::vector<SceneValue> values_of(const Scene& scene,
           {value_name("object", i, "size_mm"),
            standard(own.size_m() / mm, " mm", own.stated_size_m.has_value(),
                     fmt::format("measure object {} and state size_uncertainty_mm", i + 1))});
+    if (const auto turn = turn_rad(scene.obstacles[i], own))
+      values.push_back({value_name("object", i, "turn_deg"),
+                        standard(*turn / deg, " degrees", own.stated_turn_rad.has_value(),
+                                 fmt::format("measure both ends of an edge of object {} and state "
+                                             "turn_uncertainty_deg",
+                                             i + 1))});
   }
   if (scene.friction > 0) values.push_back({"friction", friction_width(scene)});
   return values;
@@ -440,9 +457,10 @@ double error_of(const ValueErrors& errors, const std::string& name) {
 
 Scene erring(Scene scene, const ValueErrors& errors) {
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
-    scene.obstacles[i] =
-        moved(grown(scene.obstacles[i], mm * error_of(errors, value_name("object", i, "size_mm"))),
-              place_error_m(errors, "object", i));
+    scene.obstacles[i] = moved(
+        turned(grown(scene.obstacles[i], mm * error_of(errors, value_name("object", i, "size_mm"))),
+               deg * error_of(errors, value_name("object", i, "turn_deg"))),
+        place_error_m(errors, "object", i));
   for (std::size_t i = 0; i < scene.pins.size(); ++i)
     if (scene.pins[i].point_in_world)
       *scene.pins[i].point_in_world += place_error_m(errors, "pin", i);
@@ -460,6 +478,22 @@ Scene erring(Scene scene, const ValueErrors& errors) {
         mm * Vector3d(error_of(errors, "start_x_mm"), error_of(errors, "start_y_mm"), 0);
   scene.start.yaw_rad += units::deg * error_of(errors, "start_yaw_deg");
   return scene;
+}
+
+std::optional<double> turn_rad(const Obstacle& object, const ObjectUncertainty& own) {
+  if (own.stated_turn_rad) return own.stated_turn_rad;
+  const auto* box = std::get_if<Box>(&object);
+  if (box == nullptr) return std::nullopt;
+  return std::sqrt(2.0) * own.place_m() / box->size_m.x();
+}
+
+Obstacle turned(Obstacle object, double by_rad) {
+  const Eigen::AngleAxisd turn(by_rad, Vector3d::UnitZ());
+  if (auto* box = std::get_if<Box>(&object))
+    box->world_from_box.rotation = turn * box->world_from_box.rotation;
+  if (auto* body = std::get_if<MeshObject>(&object))
+    body->world_from_mesh.rotation = turn * body->world_from_mesh.rotation;
+  return object;
 }
 
 Obstacle moved(Obstacle object, const Vector3d& by_m) {

@@ -59,11 +59,17 @@ struct ObjectUncertainty {
   static constexpr double ruler_m = 0.5e-3;
   std::optional<double> stated_place_m;  ///< along each axis, m
   std::optional<double> stated_size_m;
+  std::optional<double> stated_turn_rad = std::nullopt;  ///< about the vertical
   bool on_stand = false;  ///< the object stands above the table, on something not in the scene
 
   [[nodiscard]] double place_m() const { return stated_place_m.value_or(ruler_m); }
   [[nodiscard]] double size_m() const { return stated_size_m.value_or(ruler_m); }
 };
+
+/// Standard uncertainty of an object's turn about the vertical, rad: as stated, else that of a
+/// box's first edge between two ends of known place. nullopt if the object is round or flat, or a
+/// mesh whose turn's uncertainty is not stated.
+[[nodiscard]] std::optional<double> turn_rad(const Obstacle& object, const ObjectUncertainty& own);
 
 /// Plate of tags on an object (`drape print object-tags`), photographed before the cloth was laid.
 /// Lengths are in millimetres, as they are passed on to `drape object`.
@@ -238,8 +244,8 @@ struct SceneValue {
   ValueWidth width;
 };
 
-/// Lists them: level of the bench, positions of pins, clamps and objects, sizes, friction. `pin_m`:
-/// standard uncertainty of a pin whose position is that of its measured mark.
+/// Lists them: level of the bench, positions of pins, clamps and objects, sizes, turns, friction.
+/// `pin_m`: standard uncertainty of a pin whose position is that of its measured mark.
 [[nodiscard]] std::vector<SceneValue> values_of(const Scene& scene,
                                                 const std::function<double(const Pin&)>& pin_m);
 
@@ -253,6 +259,8 @@ using ValueErrors = std::map<std::string, double>;
 
 /// The object shifted by `by_m`.
 [[nodiscard]] Obstacle moved(Obstacle object, const Eigen::Vector3d& by_m);
+/// The object turned about the vertical through its centre, or a mesh's origin.
+[[nodiscard]] Obstacle turned(Obstacle object, double by_rad);
 /// The object with each of its sizes increased by a length, its base unchanged. Planes and meshes
 /// have no size of their own.
 [[nodiscard]] Obstacle grown(Obstacle object, double by_m);

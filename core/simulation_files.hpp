@@ -197,9 +197,9 @@ struct ValueEffect {
 
 /// First-order effect on the drape of raising a scene value by one unit.
 struct SceneEffect {
-  /// Name: "friction", "object_1_x_mm", "object_1_size_mm", "pin_1_x_mm", "clamp_1_x_mm";
-  /// "level_x_deg": tilt of the bench about x; "curve_segments": from the fit to twenty per curve
-  /// (1); "internal_friction": from off (0) to on (1), or the opposite (-1).
+  /// Name: "friction", "object_1_x_mm", "object_1_size_mm", "object_1_turn_deg", "pin_1_x_mm",
+  /// "clamp_1_x_mm"; "level_x_deg": tilt of the bench about x; "curve_segments": from the fit to
+  /// twenty per curve (1); "internal_friction": from off (0) to on (1), or the opposite (-1).
   std::string value;
   std::optional<double> change_m_per_unit = std::nullopt;  ///< change of the mean distance
   std::optional<MarkMoves> moves = std::nullopt;

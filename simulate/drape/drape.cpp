@@ -34,7 +34,6 @@ constexpr int kMostRounds = 100;     // each round of descents ends with an upda
 constexpr double kFallingResidual = 0.1, kPassingResidual = 1;
 constexpr int kCarriedFirmness = 3;  // stage of the pressure law transferred to another mesh
 constexpr double kBeside = 1e-6;     // tolerance of barycentric weights at the border of a triangle
-constexpr double kSolved = 1e-6;     // relative norm of the residual of a first-order solution
 constexpr int kMostProducts = 5000;
 double no_table(double) {
   return -std::numeric_limits<double>::infinity();
@@ -331,7 +330,8 @@ struct DrapeLevel::Parts {
   }
 
   /// Solves H x = change for the free unknowns. nullopt if H is not positive definite.
-  [[nodiscard]] std::optional<State> solved(const State& state, AllPushes& pushes, State change) {
+  [[nodiscard]] std::optional<State> solved(const State& state, AllPushes& pushes, State change,
+                                            double residual) {
     const auto let_go = [&](State& of) {
       for (const HeldUnknown& h : values) of[h.unknown].setZero();
     };
@@ -346,7 +346,7 @@ struct DrapeLevel::Parts {
           pushes.add_products(state, direction, product);
           let_go(product);
         },
-        [](double norm, const State&) { return norm <= kSolved; }, kMostProducts, change, found);
+        [&](double norm, const State&) { return norm <= residual; }, kMostProducts, change, found);
     return end.solved ? std::optional(std::move(found)) : std::nullopt;
   }
 
@@ -602,14 +602,15 @@ std::optional<State> DrapeLevel::first_order(const ClothMoment& rest, const Stat
 }
 
 std::optional<std::vector<State>> DrapeLevel::first_order(const ClothMoment& rest,
-                                                          const std::vector<State>& force_changes) {
+                                                          const std::vector<State>& force_changes,
+                                                          double residual) {
   Parts& my = *parts_;
   my.begin(rest);
   AllPushes pushes = my.pushes_of(rest);
   if (!my.stiffness->factorise(rest.state, pushes.supports(rest.state))) return std::nullopt;
   std::vector<State> all;
   for (const State& change : force_changes) {
-    auto found = my.solved(rest.state, pushes, change);
+    auto found = my.solved(rest.state, pushes, change, residual);
     if (!found) return std::nullopt;
     all.push_back(std::move(*found));
   }

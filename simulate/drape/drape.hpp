@@ -140,9 +140,11 @@ class DrapeLevel {
   /// stick, sliding points slide. nullopt if H is not positive definite.
   [[nodiscard]] std::optional<MeshCloth::State> first_order(const ClothMoment& rest,
                                                             const MeshCloth::State& force_change);
-  /// Same, for several changes.
+  /// Same, for several changes. `residual`: norm of the residual relative to that of the change, in
+  /// the metric of the preconditioner, where it is the relative error in energy.
   [[nodiscard]] std::optional<std::vector<MeshCloth::State>> first_order(
-      const ClothMoment& rest, const std::vector<MeshCloth::State>& force_changes);
+      const ClothMoment& rest, const std::vector<MeshCloth::State>& force_changes,
+      double residual = 1e-6);
 
  private:
   struct Parts;

@@ -316,9 +316,10 @@ double mean_mm(const Eigen::MatrixX3d& moves_m) {
 TEST(StatedErrors, AreThoseOfTheScene) {
   const Scene scene = test::on_round_box();
   const auto& box = std::get<Box>(scene.obstacles.front());
-  const ValueErrors errors{{"object_1_x_mm", 2.0}, {"object_1_size_mm", 1.0},
-                           {"friction", 0.1},      {"level_x_deg", 0.5},
-                           {"start_y_mm", -3.0},   {"start_yaw_deg", 2.0}};
+  const ValueErrors errors{{"object_1_x_mm", 2.0},     {"object_1_size_mm", 1.0},
+                           {"object_1_turn_deg", 3.0}, {"friction", 0.1},
+                           {"level_x_deg", 0.5},       {"start_y_mm", -3.0},
+                           {"start_yaw_deg", 2.0}};
   const Scene other = drape::erring(scene, errors);
   const auto& moved_box = std::get<Box>(other.obstacles.front());
   EXPECT_LT((moved_box.size_m - box.size_m - Vector3d::Constant(1 * mm)).norm(), 1e-12);
@@ -326,6 +327,11 @@ TEST(StatedErrors, AreThoseOfTheScene) {
              Vector3d(2, 0, 0.5) * mm)
                 .norm(),
             1e-12);
+  EXPECT_NEAR((moved_box.world_from_box.rotation * box.world_from_box.rotation.transpose() -
+               Eigen::AngleAxisd(3 * units::deg, Vector3d::UnitZ()).toRotationMatrix())
+                  .norm(),
+              0, 1e-12)
+      << "turned about the vertical";
   EXPECT_NEAR(other.friction, scene.friction + 0.1, 1e-12);
   EXPECT_NEAR(
       std::acos(other.gravity_m_per_s2.normalized().dot(scene.gravity_m_per_s2.normalized())) /

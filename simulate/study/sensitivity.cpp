@@ -19,8 +19,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kSmall = 1e-6;    // fraction of a step for differences of forces
-constexpr int kManySegments = 20;  // number of segments that represents the exact curve
+constexpr double kSmall = 1e-6;     // fraction of a step for differences of forces
+constexpr double kAnswered = 5e-5;  // relative error of a response in energy
+constexpr int kManySegments = 20;   // number of segments that represents the exact curve
 
 /// Marks of the reference that are on the cloth.
 struct Reference {
@@ -103,7 +104,7 @@ class Base {
     DrapeLevel probe(probed, options_.simulate.drape, level_.spacing_m());
     for (const Change& change : changes) difference(change, probed, probe, forces, held);
     forces.push_back(force_change(level_, rest_, laws(kManySegments, false)));
-    const auto ways = level_.first_order(rest_, forces);
+    const auto ways = level_.first_order(rest_, forces, kAnswered);
     if (!ways) return;
     for (std::size_t i = 0; i < kValues; ++i) {
       const auto value = static_cast<FabricValue>(i);
@@ -222,6 +223,14 @@ class Base {
                    object = drape::moved(object, by_m);
                    drape.around = std::make_shared<Surroundings>(drape.local.scene, kClosed_m);
                  });
+      if (const auto turn = turn_rad(scene.obstacles[i], scene.uncertainty_of(i)))
+        all.push_back({name + "_turn_deg", *turn, units::deg, std::nullopt,
+                       [i](DrapeCase& drape, DrapeLevel&, MeshCloth::State&, double by_rad) {
+                         Obstacle& object = drape.local.scene.obstacles[i];
+                         object = turned(object, by_rad);
+                         drape.around =
+                             std::make_shared<Surroundings>(drape.local.scene, kClosed_m);
+                       }});
       if (std::holds_alternative<Plane>(scene.obstacles[i]) ||
           std::holds_alternative<MeshObject>(scene.obstacles[i]))
         continue;

@@ -260,8 +260,16 @@ TEST(Sensitivities, SayWhereTheMarksGoWhenAValueErrs) {
   ASSERT_TRUE(higher != nullptr && higher->moves);
   const double up_m = higher->moves->step * mm;
   EXPECT_NEAR(higher->moves->up_m(12, 2), up_m, 0.1 * up_m);
-  for (const char* value : {"object_1_x_mm", "object_1_y_mm", "object_1_size_mm", "level_x_deg",
-                            "level_y_deg", "friction"}) {
+  // A turned cube moves the cloth that hangs at its sides, by up to the turn times their half
+  // length; friction holds the middle of its top where the cloth fell.
+  const SceneEffect* turn = effect_of(file, "object_1_turn_deg");
+  ASSERT_TRUE(turn != nullptr && turn->moves);
+  const double side_m =
+      turn->moves->step * units::deg * 0.5 * std::get<Box>(scene.obstacles[0]).size_m.x();
+  EXPECT_LT(turn->moves->up_m.row(12).norm(), 0.1 * side_m);
+  EXPECT_GT(turn->moves->up_m.rowwise().norm().maxCoeff(), 0.25 * side_m);
+  for (const char* value : {"object_1_x_mm", "object_1_y_mm", "object_1_size_mm",
+                            "object_1_turn_deg", "level_x_deg", "level_y_deg", "friction"}) {
     const SceneEffect* effect = effect_of(file, value);
     ASSERT_TRUE(effect != nullptr && effect->moves) << value;
     EXPECT_TRUE(effect->moves->up_m.allFinite()) << value;

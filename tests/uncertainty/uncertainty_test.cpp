@@ -60,7 +60,7 @@ class GridDrape {
     print_.rows = print_.cols = 10;
     print_.pitch_m = 22 * mm;
     print_.margin_m = {11 * mm, 11 * mm};
-    scene_.uncertainties.assign(scene_.obstacles.size(), {kPlace_m, kSize_m, true});
+    scene_.uncertainties.assign(scene_.obstacles.size(), {kPlace_m, kSize_m, {}, true});
     scene_.friction_uncertainty = kMeasured * scene_.friction;
     const Csv rest = read_csv(folder / "rest.csv", {"warp_mm", "weft_mm", "x_mm", "y_mm", "z_mm"});
     for (std::size_t k = 0; k < rest.columns[0].size(); ++k)

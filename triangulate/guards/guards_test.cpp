@@ -282,7 +282,7 @@ TEST(Guards, ObjectsWithinTheirStatedUncertaintiesGiveNoAlarm) {
 TEST(Guards, AStatedUncertaintyMovesTheLimit) {
   Scene scene = box_scene({0, 0, 3 * mm});
   EXPECT_EQ(objects_of(bent_sheet(1, 1), scene).size(), 1U);
-  scene.uncertainties = {{2 * mm, 0.1 * mm, false}};
+  scene.uncertainties = {{2 * mm, 0.1 * mm, {}, false}};
   EXPECT_THAT(objects_of(bent_sheet(1, 1), scene), IsEmpty());
 }
 

@@ -143,13 +143,10 @@ double shortfall_m(const Obstacle& object, const ClothSpan& span) {
   return std::max(0.0, taut_path_m(object, from, to) - std::max(span.cloth_m, chord_m));
 }
 
-/// Standard uncertainties of the fitted components in units of Change. Yaw comes from two ends of
-/// an edge.
+/// Standard uncertainties of the fitted components in units of Change.
 Change uncertainty_of(const Obstacle& object, const ObjectUncertainty& stated) {
   const double place_mm = stated.place_m() / mm;
-  const auto* box = std::get_if<Box>(&object);
-  const double yaw_deg =
-      box != nullptr ? std::sqrt(2.0) * stated.place_m() / box->size_m.x() / deg : 1;
+  const double yaw_deg = turn_rad(object, stated).value_or(deg) / deg;
   return (Change() << place_mm, place_mm, place_mm, yaw_deg, stated.size_m() / mm).finished();
 }
 

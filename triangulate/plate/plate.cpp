@@ -313,7 +313,7 @@ std::vector<ObjectValue> object_values(const PlatePose& plate, const PlateOnObje
   values.push_back(
       {"yaw_deg", yaw_rad / deg,
        std::hypot(std::sqrt(plate.covariance(5, 5)), ends * lies.placing_mm * mm) / deg,
-       stated_rad / deg, ends * stated.place_m() / deg});
+       stated_rad / deg, turn_rad(object, stated).value_or(0) / deg});
   return values;
 }
 
