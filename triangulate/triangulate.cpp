@@ -296,6 +296,32 @@ std::vector<std::string> costs_of_views(const std::vector<MarkViews>& marks, con
   return lines;
 }
 
+/// Outer rows and columns of the print of which no camera shows a mark, beside an inner one at
+/// least half of which is measured: a hem that is out of sight, or a print of another size.
+std::vector<std::string> unseen_edges(const std::vector<MarkViews>& marks, const Sheet& sheet) {
+  std::vector<std::string> lines;
+  const auto look = [&](const char* name, int MarkId::*part, int outer, int inner, int others) {
+    const bool shown = std::ranges::any_of(marks, [&](const MarkViews& one) {
+      return one.mark.*part == outer && !(one.views.empty() && one.refused.empty());
+    });
+    const auto beside = std::ranges::count_if(
+        sheet.marks, [&](const SheetMark& one) { return one.mark.*part == inner; });
+    if (!shown && 2 * beside >= others)
+      lines.push_back(fmt::format(
+          "no camera shows a mark of {} {}, and {} of {} marks of {} {} are measured: if the cloth "
+          "has no {} {}, correct `{}s` of its print",
+          name, outer, beside, others, name, inner, name, outer, name));
+  };
+  const auto both = [&](const char* name, int MarkId::*part, int count, int others) {
+    if (count < 3) return;
+    look(name, part, 0, 1, others);
+    look(name, part, count - 1, count - 2, others);
+  };
+  both("row", &MarkId::row, sheet.rows, sheet.cols);
+  both("col", &MarkId::col, sheet.cols, sheet.rows);
+  return lines;
+}
+
 /// Adds one line about the calibration, whose own ending and file contain the rest, and one if it
 /// belongs to another rig than the detections' `rig`.
 void note_calibration(const Calibration& calibration, const std::string& rig,
@@ -587,6 +613,8 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   report.warnings = suspicious_pairs(result.sheet.marks, lattice.pitch_m, options.max_stretch);
   const std::vector<std::string> costs = costs_of_views(marks, result.sheet);
   report.warnings.insert(report.warnings.end(), costs.begin(), costs.end());
+  const std::vector<std::string> edges = unseen_edges(marks, result.sheet);
+  report.warnings.insert(report.warnings.end(), edges.begin(), edges.end());
   note_calibration(calibration, detections.rig, report);
   std::vector<std::string> contradictions = options.contradictions;
   const std::vector<std::string> of_marks = contradictions_of(

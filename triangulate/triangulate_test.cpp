@@ -230,6 +230,25 @@ TEST(Triangulate, EveryMarkIsMeasuredOnceOrAGapWithAReason) {
                             10 * mm + 20 * mm * result.sheet.marks[0].mark.col));
 }
 
+/// A print stated with one row or column more than the cloth has: all marks are found where they
+/// are, and nothing but the empty edge speaks of it. A hem of which one dot is seen is none.
+TEST(Triangulate, NamesAnEdgeOfThePrintThatNoCameraShows) {
+  Detections detections = true_detections("C", Seen::centre, 0.02);
+  const auto warnings = [&] {
+    return triangulate(detections, true_calibration(), "drape_C", plain()).report.warnings;
+  };
+  EXPECT_THAT(warnings(), Not(Contains(HasSubstr("no camera shows"))));
+  detections.lattice.rows = 12;
+  detections.lattice.patch_m.x() += 20 * mm;
+  EXPECT_THAT(warnings(), Contains(AllOf(HasSubstr("no camera shows a mark of row 11"),
+                                         HasSubstr("correct `rows` of its print"))));
+  detections.lattice.cols = 12;
+  detections.lattice.patch_m.y() += 20 * mm;
+  EXPECT_THAT(warnings(), Contains(HasSubstr("correct `cols` of its print")));
+  detections.frames[0].rejections.push_back({MarkId{11, 5}, std::nullopt, "bad fit"});
+  EXPECT_THAT(warnings(), Not(Contains(HasSubstr("a mark of row 11"))));
+}
+
 TEST(Triangulate, LeavesOutOneWrongViewOfThree) {
   Detections detections = true_detections("C", Seen::centre, 0.02);
   const auto seen_by_all = [&](MarkId mark) {
