@@ -227,11 +227,11 @@ constexpr const char* kErrors = R"(
 /// Over Marionette's socket.
 class Firefox final : public OwnProcess {
  public:
-  Firefox() {
+  explicit Firefox(const std::string& program) {
     fs::create_directories(profile_.path() / "profile");
     std::ofstream(profile_.path() / "profile/user.js") << kPreferences;
     const std::string profile = (profile_.path() / "profile").string();
-    start({"firefox", "--headless", "--marionette", "--remote-allow-system-access", "--no-remote",
+    start({program, "--headless", "--marionette", "--remote-allow-system-access", "--no-remote",
            "--profile", profile, "about:blank"});
     connect_to(port());
     static_cast<void>(next_message());  // its greeting
@@ -359,12 +359,13 @@ class Firefox final : public OwnProcess {
 }  // namespace
 
 std::unique_ptr<Browser> open_browser(const std::string& name) {
-  const bool is_firefox = name == "Firefox";
-  if (std::system(is_firefox ? "command -v firefox > /dev/null 2>&1"
-                             : "command -v chromium > /dev/null 2>&1") != 0)
-    return nullptr;
-  if (is_firefox) return std::make_unique<Firefox>();
-  return std::make_unique<Chromium>();
+  const auto is_here = [](const std::string& program) {
+    return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0;
+  };
+  if (name == "Chromium") return is_here("chromium") ? std::make_unique<Chromium>() : nullptr;
+  for (const char* program : {"firefox", "firefox-esr"})
+    if (is_here(program)) return std::make_unique<Firefox>(program);
+  return nullptr;
 }
 
 void Browser::tab_to(const std::string& id) {
