@@ -428,7 +428,7 @@ std::string next_of(const Report& report) {
   // Takes the remedy of the largest contribution that can be reduced.
   for (const BudgetLine& line : report.budget->lines)
     if (!line.remedy.empty() && !line.own_m && line.rectangular)
-      return fmt::format("{} ({}).", line.remedy, line.origin);
+      return fmt::format("{} ({}): no other guess adds more to U.", line.remedy, line.origin);
   if (report.repeats.size() < 3) return "lay it twice more, to see how far real drapes differ.";
   return {};
 }

@@ -581,7 +581,8 @@ std::optional<ModelRest> model_of(const DrapeInput& input, const Report& report)
 }
 
 /// Text: ". Started from the measured shape, it rests 13.2 mm from the cloth (8 to 13 mm by
-/// friction 0.2 to 0.8, not measured), on another branch".
+/// friction 0.2 to 0.8, not measured), in another equilibrium (branch) than from the scene's
+/// start".
 std::string model_sentence(const ModelRest& model, const std::optional<double>& u_mm) {
   std::string text = fmt::format(". Started from the measured shape, it rests {} mm from the cloth",
                                  figure(model.distance_m / mm, u_mm));
@@ -589,7 +590,8 @@ std::string model_sentence(const ModelRest& model, const std::optional<double>& 
     text += fmt::format(" ({} to {} mm by {}, not measured)", figure(model.least_m / mm, u_mm),
                         figure(model.largest_m / mm, u_mm), model.range);
   if (model.other_branch)
-    text += *model.other_branch ? ", on another branch" : ", on the same branch";
+    text += *model.other_branch ? ", in another equilibrium (branch) than from the scene's start"
+                                : ", in the same equilibrium (branch) as from the scene's start";
   return text;
 }
 
@@ -600,8 +602,11 @@ void judge_by_limit(const DrapeInput& input, const Report& report,
   const Budget& budget = *report.budget;
   const double value_m = *verdict.value_m, limit_m = *verdict.limit_m;
   const double open_m = budget.inputs_m + budget.own_m;
-  const std::string margin = fmt::format("the margin of error ({} mm)", figure(open_m / mm, u_mm));
-  std::string but = "even with " + margin;
+  const std::string open = figure(open_m / mm, u_mm);
+  const bool is_u = open == figure(budget.expanded_m / mm, u_mm);
+  const std::string margin =
+      fmt::format("U{} ({} mm)", is_u ? "" : " with its bounds added in full", open);
+  std::string but = "by more than " + margin;
   verdict.match = decide(value_m, open_m, limit_m);
   if (!budget.missing.empty()) {
     verdict.match = Match::undecided;
@@ -613,10 +618,9 @@ void judge_by_limit(const DrapeInput& input, const Report& report,
     if (verdict.remedies.empty() && verdict.rests_on == "tolerance")
       verdict.remedies.push_back("lay the cloth three times: their scatter is then the limit");
   } else if (verdict.match == Match::outside) {
-    but = "even without " + margin;
     if (const BranchComparison* other = branch_within(input, report, verdict)) {
       verdict.match = Match::undecided;
-      but = fmt::format("but another start gives branch {}, {} mm away",
+      but = fmt::format("but another start gives another equilibrium (branch {}), {} mm away",
                         input.simulations[other->as_placed.simulation].branch->number,
                         figure(other->as_placed.statistics.mean_m / mm, u_mm));
     }

@@ -268,7 +268,8 @@ class MatchOfBranches : public testing::Test {
 TEST_F(MatchOfBranches, IsUndecidedWhereAnotherStartIsWithinTheLimit) {
   const MatchVerdict match = verdict(2 * mm);
   EXPECT_EQ(match.match, Match::undecided) << match.reason;
-  EXPECT_THAT(match.reason, HasSubstr("another start gives branch 2, 1.000 mm away"));
+  EXPECT_THAT(match.reason,
+              HasSubstr("another start gives another equilibrium (branch 2), 1.000 mm away"));
   EXPECT_EQ(verdict(6 * mm).match, Match::outside)
       << "branches that cannot be told apart at this distance do not count";
 }
@@ -286,7 +287,8 @@ TEST_F(MatchOfBranches, TellsTheStartFromTheModel) {
   EXPECT_NEAR(*match.value_m / mm, 5, 1e-9) << "the scene's own start keeps its meaning";
   EXPECT_THAT(match.reason,
               HasSubstr("rests 1.200 mm from the cloth (0.900 to 1.300 mm by friction"));
-  EXPECT_THAT(match.reason, HasSubstr("on another branch"));
+  EXPECT_THAT(match.reason,
+              HasSubstr("in another equilibrium (branch) than from the scene's start"));
   EXPECT_FALSE(*verdict(4 * mm).model->other_branch);
 }
 

@@ -15,7 +15,7 @@ export function bestView(drape) {
   return drape.views.reduce((best, view) => (!best || view.marks.length > best.marks.length ? view : best), null);
 }
 
-/// Draws the distance as a bar from 0: grey up to the limit, a band for the margin of error, a tick at the distance.
+/// Draws the distance as a bar from 0: grey up to the limit, a band for U with its bounds added in full, a tick at the distance.
 function bar(drape, shown) {
   const value = drape.match.value_mm ?? drape.distance.mean_mm, open = drape.budget ? drape.budget.inputs_mm + drape.budget.own_mm : 0;
   const limit = drape.match.limit_mm ?? 0, most = 1.02 * Math.max(value + open, limit), step = roundStep(most / 4), top = step * Math.ceil(most / step), x = mm => 300 * Math.max(0, mm) / top;
