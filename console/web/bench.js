@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Overview of the bench: cameras, calibration and drapes, each with its next action.
-import {act, ask, cameraView, h, number, verdict} from './dom.js';
+import {act, ask, cameraView, h, number, verdict, withCode} from './dom.js';
 import {bestView, card as reportCard} from './page/card.js';
 import {liveView, showLive} from './cameras.js';
 
@@ -9,7 +9,7 @@ function nextStep(id, next, busy) {
   if (!next) return null;
   return h('p', {class: 'next'}, next.action
     ? h('button', {type: 'button', class: 'main', id, disabled: busy, click: () => act(next.action)}, next.words) : h('strong', {}, next.words),
-  next.why ? ` ${next.why}` : null);
+  next.why ? withCode(` ${next.why}`) : null);
 }
 
 /// Progress of a drape: taken, measured, simulated, reported; each done, not done, or superseded.
@@ -55,7 +55,7 @@ function card(state, drape, found, busy) {
     h('div', {class: 'words'},
       h('h2', {}, h('span', {class: 'name'}, drape.name), h('span', {class: 'match'}, drape.sheet ? 'Measured' : drape.taken ? 'Taken' : 'Not taken')),
       h('p', {class: 'about'}, `fabric ${drape.fabric}`), drape.sheet ? h('p', {class: 'number'}, `${drape.sheet.marks} `, h('small', {}, 'marks measured')) : null,
-      stages(drape), why ? h('p', {class: 'why'}, `Superseded: ${why}.`) : null, next));
+      stages(drape), why ? h('p', {class: 'why'}, withCode(`Superseded: ${why}.`)) : null, next));
 }
 
 function calibrationWords(calibration) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coverage of images and space, residuals, and the pose that would improve the calibration most.
-import {act, ask, cameraView, command, figure, h, number, table, takeButtons, undoButton, verdict} from './dom.js';
+import {act, ask, cameraView, command, figure, h, number, table, takeButtons, undoButton, verdict, withCode} from './dom.js';
 import {liveView, showLive} from './cameras.js';
 
 let ghost = true;
@@ -79,7 +79,7 @@ export async function draw(state, redraw) {
         click: () => act({do: 'calibrate'})}, `Calibrate with ${taken.length} sets`),
       h('button', {type: 'button', id: 'ghost', 'aria-pressed': String(ghost), click: () => { ghost = !ghost; redraw(); }}, 'Next pose')),
     h('div', {class: 'views'}, views),
-    state.calibration_superseded ? h('p', {id: 'superseded'}, `The calibration is superseded: ${state.calibration_superseded}. Calibrate again.`) : null,
+    state.calibration_superseded ? h('p', {id: 'superseded'}, withCode(`The calibration is superseded: ${state.calibration_superseded}. Calibrate again.`)) : null,
     h('h2', {}, 'Coach'), ...coachWords(coach),
     calibration ? h('section', {id: 'calibration'},
       h('h2', {}, 'Residuals'),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests, keys and pictures of the pages; elements and numbers are those of the report's page.
 
-export {h} from './page/dom.js';
+export {h, withCode} from './page/dom.js';
 export {figure as rounded} from './page/figure.js';
 import {h} from './page/dom.js';
 

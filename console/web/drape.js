@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One drape: its marks, its sheet in space, its simulations, the distance.
-import {act, ask, cameraView, command, figure, h, markDrawings, rounded, table, takeButtons, undoButton, verdict} from './dom.js';
+import {act, ask, cameraView, command, figure, h, markDrawings, rounded, table, takeButtons, undoButton, verdict, withCode} from './dom.js';
 import {liveView, showLive} from './cameras.js';
 import {lastReport, pictureOf, reportLink} from './bench.js';
 import {card} from './page/card.js';
@@ -97,7 +97,7 @@ export async function draw(state, redraw) {
         click: () => act({do: 'run', drape: name})}, 'Simulate and compare'),
       reportLink(state)),
     drape.next ? h('p', {id: 'next'}, h('strong', {}, drape.next.words), drape.next.why ? ` ${drape.next.why}` : '') : null,
-    why ? h('p', {id: 'superseded'}, `Superseded: ${why}.`) : null,
+    why ? h('p', {id: 'superseded'}, withCode(`Superseded: ${why}.`)) : null,
     reported ? h('div', {class: 'cards one', id: 'result'}, card(reported, pictureOf(state, drape, reported), `#drape/${encodeURIComponent(name)}`)) : null,
     live ? h('p', {id: 'still'}) : null,
     live ? h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera, outlineDrawings(sheet.outlines, camera.name)))) : null,
