@@ -274,7 +274,6 @@ Verification verify_store(const fs::path& named, bool with_recomputation) {
   std::optional<StoreReader> reader;
   try {
     reader.emplace(store, StoreReader::Schema::any);
-    const SQLite::Transaction one_state(reader->database(), SQLite::TransactionBehavior::DEFERRED);
     result.findings = schema_findings(reader->database());
     // A view in place of a table need not end.
     for (const std::string& finding : result.findings)

@@ -421,23 +421,24 @@ std::string unit_of(const std::string& name) {
 }
 
 Relation relation_of(const std::string& statement) {
-  static const std::regex column(
-      R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL|BLOB)\b.*?(?:-- (smaller|larger|neither)?(?:, )?(?:since (\d+))?: (.*))?)re");
+  static const std::regex column(R"re(\s*"?(\w+)"? (?:TEXT|INTEGER|REAL|BLOB)\b)re"),
+      metric(R"re(-- (smaller|larger|neither)?(?:, )?(?:since (\d+))?: )re");
+  constexpr auto kFromStart = std::regex_constants::match_continuous;
   Relation relation;
   relation.statement = statement;
   relation.name = statement.substr(13, statement.find(' ', 13) - 13);
   std::istringstream lines(statement);
   std::smatch part;
-  for (std::string line; std::getline(lines, line);)
-    if (std::regex_match(line, part, column)) {
-      RelationColumn& one = relation.columns.emplace_back(RelationColumn{.name = part[1]});
-      if (part[2].matched) {
-        one.unit = unit_of(one.name);
-        one.better = part[2];
-        one.definition = part[4];
-      }
-      if (part[3].matched) one.since = std::stoi(part[3]);
-    }
+  for (std::string line; std::getline(lines, line);) {
+    if (!std::regex_search(line, part, column, kFromStart)) continue;
+    RelationColumn& one = relation.columns.emplace_back(RelationColumn{.name = part[1]});
+    const std::string comment = line.substr(std::min(line.find("-- "), line.size()));
+    if (!std::regex_search(comment, part, metric, kFromStart)) continue;
+    one.unit = unit_of(one.name);
+    one.better = part[1];
+    one.definition = part.suffix();
+    if (part[2].matched) one.since = std::stoi(part[2]);
+  }
   return relation;
 }
 

@@ -37,9 +37,10 @@ void bind_all(SQLite::Statement& statement, const Cells& parameters) {
 }
 
 Cell cell_of(const SQLite::Column& value) {
-  if (value.isNull()) return {};
-  if (value.isInteger()) return value.getInt64();
-  if (value.isFloat()) return value.getDouble();
+  const int type = value.getType();
+  if (type == SQLite::Null) return {};
+  if (type == SQLite::INTEGER) return value.getInt64();
+  if (type == SQLite::FLOAT) return value.getDouble();
   return value.getString();
 }
 
@@ -131,11 +132,12 @@ auto schema_of(SQLite::Database& database) {
 
 /// Columns of the primary key.
 std::vector<std::string> primary_key(const Relation& table) {
-  static const std::regex list(R"(PRIMARY KEY \((.*)\))"), name(R"(\w+)");
-  std::smatch part;
-  if (!std::regex_search(table.statement, part, list)) return {table.columns.front().name};
-  const std::string names = part[1];
-  return {std::sregex_token_iterator(names.begin(), names.end(), name), {}};
+  constexpr std::string_view kList = "PRIMARY KEY (";
+  static const std::regex name(R"(\w+)");
+  const auto at = table.statement.find(kList);
+  if (at == std::string::npos) return {table.columns.front().name};
+  const auto from = table.statement.begin() + static_cast<std::ptrdiff_t>(at + kList.size());
+  return {std::sregex_token_iterator(from, std::find(from, table.statement.end(), ')'), name), {}};
 }
 
 ListedTable listed_table_of(const Relation& relation) {
@@ -191,16 +193,17 @@ void append_value(std::string& bytes, const SQLite::Column& value) {
     bytes += type;
     bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
   };
-  if (value.isNull()) {
+  const int type = value.getType();
+  if (type == SQLite::Null) {
     bytes += 'n';
-  } else if (value.isInteger()) {
+  } else if (type == SQLite::INTEGER) {
     add('i', value.getInt64());
-  } else if (value.isFloat()) {
+  } else if (type == SQLite::FLOAT) {
     add('r', value.getDouble());
   } else {
     const auto* text = static_cast<const char*>(value.getBlob());
     const auto size = static_cast<std::size_t>(value.getBytes());
-    bytes += value.isText() ? 't' : 'b';
+    bytes += type == SQLite::TEXT ? 't' : 'b';
     bytes += std::to_string(size) + ':';
     if (size > 0) bytes.append(text, size);
   }

@@ -14,6 +14,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <sstream>
 
 #include "core/fields/records.hpp"
@@ -25,7 +26,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr off_t kMostBytes = off_t{768} << 20,
-                kMostText = off_t{256} << 20;  ///< largest file that is read
+                kMostText = off_t{256} << 20;  ///< largest file that is read whole
+/// Largest file that is hashed, as results.sqlite is after each import, and what is read of it at
+/// once.
+constexpr off_t kMostHashed = off_t{8} << 30, kPart = off_t{1} << 20;
 constexpr std::size_t kLongestName = 200;  ///< bytes; leaves room for suffixes below the limit, 255
 
 [[noreturn]] void fail_to_write(const fs::path& file, int code) {
@@ -71,30 +75,81 @@ fs::path linked_inside(const fs::path& folder, const std::string& name, const Wh
   return file;
 }
 
-template <class Bytes>
-Bytes whole_file(const fs::path& file, off_t most) {
-  const auto fail = [&](const std::string& why) {
-    throw bad_input("cannot read: " + why, {.file = file.string()},
-                    "check that the file exists and may be read");
-  };
+[[noreturn]] void fail_to_read(const fs::path& file, const std::string& why) {
+  throw bad_input("cannot read: " + why, {.file = file.string()},
+                  "check that the file exists and may be read");
+}
+
+/// A regular file, open for reading.
+struct Readable {
+  fs::path file;
+  Descriptor descriptor;
+  off_t size = 0;
+};
+
+/// Refuses a file of more than `most` bytes.
+Readable opened(const fs::path& file, off_t most) {
   // Non-blocking: opening a pipe would wait for its other end.
-  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
-  if (fd.get() < 0 || ::fstat(fd.get(), &status) != 0) fail(std::strerror(errno));
-  if (S_ISDIR(status.st_mode)) fail(std::strerror(EISDIR));
-  if (!S_ISREG(status.st_mode)) fail("it is a device or a pipe, not a file");
-  if (status.st_size > most) fail(fmt::format("it is larger than {} MiB", most >> 20));
-  Bytes bytes(static_cast<std::size_t>(status.st_size), {});
+  if (fd.get() < 0 || ::fstat(fd.get(), &status) != 0) fail_to_read(file, std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) fail_to_read(file, std::strerror(EISDIR));
+  if (!S_ISREG(status.st_mode)) fail_to_read(file, "it is a device or a pipe, not a file");
+  if (status.st_size > most)
+    fail_to_read(file, fmt::format("it is larger than {} MiB", most >> 20));
+  return {file, std::move(fd), status.st_size};
+}
+
+/// Fills `bytes` from position `from` of the file.
+template <class Bytes>
+void read_part(const Readable& readable, off_t from, Bytes& bytes) {
   for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t got =
-        ::pread(fd.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+    const ssize_t got = ::pread(readable.descriptor.get(), bytes.data() + done, bytes.size() - done,
+                                from + static_cast<off_t>(done));
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail(std::strerror(errno));
-    if (got == 0) fail("it became shorter while it was read");
+    if (got < 0) fail_to_read(readable.file, std::strerror(errno));
+    if (got == 0) fail_to_read(readable.file, "it became shorter while it was read");
     done += static_cast<std::size_t>(got);
   }
+}
+
+template <class Bytes>
+Bytes whole_file(const fs::path& file, off_t most) {
+  const Readable readable = opened(file, most);
+  Bytes bytes(static_cast<std::size_t>(readable.size), {});
+  read_part(readable, 0, bytes);
   return bytes;
 }
+
+/// SHA-256 of what is added part by part.
+class Hash {
+ public:
+  Hash() {
+    static const EVP_MD* const kind = EVP_MD_fetch(nullptr, "SHA256", nullptr);
+    check(EVP_DigestInit_ex(context_.get(), kind, nullptr));
+  }
+  void add(std::span<const unsigned char> bytes) {
+    check(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()));
+  }
+  /// As hexadecimal digits.
+  [[nodiscard]] std::string text() {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    unsigned char digest[EVP_MAX_MD_SIZE];
+    unsigned int length = 0;
+    check(EVP_DigestFinal_ex(context_.get(), digest, &length));
+    std::string text;
+    for (unsigned i = 0; i < length; ++i)
+      (text += kDigits[digest[i] >> 4U]) += kDigits[digest[i] & 15U];
+    return text;
+  }
+
+ private:
+  static void check(int done) {
+    if (done != 1) throw internal_error("SHA-256 failed");
+  }
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(),
+                                                                   &EVP_MD_CTX_free};
+};
 
 }  // namespace
 
@@ -244,11 +299,9 @@ TemporaryFolder::~TemporaryFolder() {
 }
 
 std::string sha256_of(std::span<const unsigned char> bytes) {
-  unsigned char digest[EVP_MAX_MD_SIZE];
-  unsigned int length = 0;
-  if (EVP_Digest(bytes.data(), bytes.size(), digest, &length, EVP_sha256(), nullptr) != 1)
-    throw internal_error("SHA-256 failed");
-  return fmt::format("{:02x}", fmt::join(digest, digest + length, ""));
+  Hash hash;
+  hash.add(bytes);
+  return hash.text();
 }
 
 std::string sha256_of(std::string_view text) {
@@ -256,7 +309,15 @@ std::string sha256_of(std::string_view text) {
 }
 
 std::string sha256_of_file(const fs::path& file) {
-  return sha256_of(read_bytes(file));
+  const Readable readable = opened(file, kMostHashed);
+  Hash hash;
+  std::vector<unsigned char> part;
+  for (off_t at = 0; at < readable.size; at += kPart) {
+    part.resize(static_cast<std::size_t>(std::min(kPart, readable.size - at)));
+    read_part(readable, at, part);
+    hash.add(part);
+  }
+  return hash.text();
 }
 
 std::string printable(std::string text) {

@@ -101,6 +101,16 @@ TEST(Files, HashesAreTheStandards) {
             "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
 
+TEST(Files, AFileIsHashedThoughItIsTooLargeToBeRead) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  write_durable(file, "");
+  std::filesystem::resize_file(file, (std::uintmax_t{769} << 20) + 5);
+  EXPECT_EQ(sha256_of_file(file),  // sha256sum of as many zeros
+            "f532811cecc849fa704a332f0ebde87597938c10cd2ba81c16c87a90fd2a9347");
+  EXPECT_THROW(static_cast<void>(read_bytes(file)), Error);
+}
+
 TEST(Files, ADurableWriteReplacesTheWholeFileAndLeavesNothingElse) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "deep" / "file.txt";
