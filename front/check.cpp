@@ -185,8 +185,7 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
   const std::vector<Need> needs = needs_of(rig, scenes);
   std::map<std::string, bool> sizes_named, cameras_named;
   for (const Need& need : needs) {
-    const auto set = std::find_if(recording.sets.begin(), recording.sets.end(),
-                                  [&](const FrameSet& one) { return one.name == need.set; });
+    const auto set = std::ranges::find(recording.sets, need.set, &FrameSet::name);
     if (set == recording.sets.end()) {
       check.add(bad_input(
           fmt::format("the recording has no set `{}`{}", need.set, did_you_mean(need.set, names)),
@@ -198,9 +197,7 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
                           {.file = list, .set = need.set},
                           "record the set again, and name the new one"));
     for (const RigCamera& camera : rig.cameras) {
-      const auto frame =
-          std::find_if(set->frames.begin(), set->frames.end(),
-                       [&](const RecordedFrame& one) { return one.camera == camera.name; });
+      const auto frame = std::ranges::find(set->frames, camera.name, &RecordedFrame::camera);
       if (frame != set->frames.end()) {
         check_frame(*frame, camera, rig, sizes_named, check);
         check_file(recording.folder, *set, *frame, check);
@@ -269,9 +266,8 @@ void check_curve_names(const Document& fabric, BenchCheck& check) {
     curves.push_back(curve);
   }
   if (folders.size() < 2 || curves.size() < 3) return;
-  const auto usual =
-      std::max_element(folders.begin(), folders.end(),
-                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto usual = std::ranges::max_element(
+      folders, [](const auto& a, const auto& b) { return a.second < b.second; });
   if (2 * usual->second <= static_cast<int>(curves.size())) return;
   for (const Curve& curve : curves)
     if (curve.file.parent_path() != usual->first)

@@ -241,8 +241,7 @@ Group simulate_group(const Bench& bench) {
     }
   }
   // Longest first, so that no core waits for the last one.
-  std::stable_sort(group.steps.begin(), group.steps.end(),
-                   [](const RunStep& a, const RunStep& b) { return a.weight > b.weight; });
+  std::ranges::stable_sort(group.steps, std::greater(), &RunStep::weight);
   return group;
 }
 
@@ -346,8 +345,7 @@ void keep_asked(const Bench& bench, Plan& plan) {
       std::erase_if(group.steps, [](const RunStep& step) { return !step.drape.empty(); });
     for (RunStep& step : group.steps)
       step.is_asked = options.drapes.empty() || step.drape.empty() ||
-                      std::find(options.drapes.begin(), options.drapes.end(), step.scene) !=
-                          options.drapes.end();
+                      std::ranges::find(options.drapes, step.scene) != options.drapes.end();
   }
 }
 
@@ -440,8 +438,7 @@ bool is_as_made(const RunStep& step) {
     const auto holds = [&](const RecordedFile& file) { return is_as_recorded(step.record, file); };
     return (run.exit_code == 0 || run.exit_code == 1) &&
            run.program_sha256 == sha256_of_file(step.program) &&
-           std::all_of(run.inputs.begin(), run.inputs.end(), holds) &&
-           std::all_of(run.outputs.begin(), run.outputs.end(), holds);
+           std::ranges::all_of(run.inputs, holds) && std::ranges::all_of(run.outputs, holds);
   } catch (const Error&) {
     return false;
   }
@@ -500,9 +497,8 @@ class BenchRun {
     }
     if (!plan_.compare) return end_as_asked();
     // A drape that was NO-GO before the comparison is NO-GO in the store and its lists too.
-    const bool measured = std::any_of(kept_.begin(), kept_.end(), [](const StepEnding& one) {
-      return one.step.stage == "triangulate";
-    });
+    const bool measured = std::ranges::any_of(
+        kept_, [](const StepEnding& one) { return one.step.stage == "triangulate"; });
     if (stopped && !measured) return end_early("there is no measured sheet");
     leave_out_old_drapes();
     const StepEnding compared = run_group(compare_group()).front();
@@ -515,8 +511,7 @@ class BenchRun {
 
  private:
   [[nodiscard]] bool is_out(const std::string& drape) const {
-    return std::any_of(failed_.begin(), failed_.end(),
-                       [&](const auto& one) { return one.first == drape; });
+    return std::ranges::any_of(failed_, [&](const auto& one) { return one.first == drape; });
   }
 
   /// True for a drape that was not requested and whose measurement is not up to date.
@@ -699,8 +694,7 @@ class BenchRun {
       for (const std::string& warning : warnings) step.arguments.push_back("--warning=" + warning);
     for (const std::string& line : rejected()) step.arguments.push_back("--no-go=" + line);
     // A repeated step has a new record, which the report shows.
-    if (std::any_of(kept_.begin(), kept_.end(), [](const StepEnding& one) { return one.made; }))
-      remove_durable(step.record);
+    if (std::ranges::any_of(kept_, &StepEnding::made)) remove_durable(step.record);
     return {step.stage, {step}, 1};
   }
 
@@ -746,8 +740,7 @@ class BenchRun {
     const std::string cause = cause_of(compared);
     kept_.push_back(compared);
     if (common_.json) return print_json(kept_, cause, compared.ending.warnings);
-    const auto made =
-        std::count_if(kept_.begin(), kept_.end(), [](const StepEnding& one) { return one.made; });
+    const auto made = std::ranges::count_if(kept_, &StepEnding::made);
     if (common_.quiet) return cause.empty() ? 0 : 1;
     print_text(printable(fmt::format("\nsteps: {} made, {} up to date\n", made,
                                      static_cast<std::ptrdiff_t>(kept_.size()) - made)));
@@ -770,10 +763,9 @@ class BenchRun {
   /// Ends a run that could not store any result, for the reason `why`.
   int end_early(const std::string& why) const {
     remove_report();
-    Ending ending;
-    ending.go = false;
-    ending.verdict = no_go_of({});
-    ending.warnings = {"nothing was compared, stored or reported: " + why};
+    Ending ending{.go = false,
+                  .verdict = no_go_of({}),
+                  .warnings = {"nothing was compared, stored or reported: " + why}};
     if (fs::is_regular_file(plan_.store))
       ending.warnings.push_back(fmt::format(
           "what {} holds of these photographs is of an earlier run", plan_.store.string()));
