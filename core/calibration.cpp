@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
@@ -48,6 +50,52 @@ void covariance(Fields& f, const Field& names_field, const Field& field, bool ma
     f(field, matrix);
   }
   check_covariance(f, field.name, names_field.name, names, matrix);
+}
+
+constexpr double kFarthest_m = 100;
+constexpr double kMostPixels = 65535;  ///< of a row or a column, as in PNG and JPEG
+
+/// Why a camera can be none of a bench, by its lens, picture and pose; empty if it can.
+std::string fault_of(const Camera& camera) {
+  const CameraModel& model = camera.model;
+  const Eigen::Vector2d size(model.width_px, model.height_px);
+  const Eigen::Array2d focal = std::visit(
+      [](const auto& lens) -> Eigen::Array2d {
+        if constexpr (requires { lens.fx_px; })
+          return {lens.fx_px, lens.fy_px};
+        else
+          return {lens.scale_x * lens.focal_m / lens.pixel_pitch_x_m,
+                  lens.focal_m / lens.pixel_pitch_y_m};
+      },
+      model.lens);
+  const Eigen::Array2d centre = std::visit(
+      [](const auto& lens) -> Eigen::Array2d {
+        return {lens.cx_px, lens.cy_px};
+      },
+      model.lens);
+  const double ratio = focal.x() / focal.y();
+  // Half the angle of view is 84 degrees at most, and 1.7 minutes of arc at least; an anamorphic
+  // lens halves the pixels along one side.
+  if (!(focal.minCoeff() > 0.05 * size.maxCoeff() && focal.maxCoeff() < 1000 * size.maxCoeff()) ||
+      !(ratio > 0.25 && ratio < 4))
+    return fmt::format("fx is {:g} px and fy {:g} px: no focal length for an image of {} x {} px",
+                       focal.x(), focal.y(), model.width_px, model.height_px);
+  if (!((centre > -size.array()).all() && (centre < 2 * size.array()).all()))
+    return fmt::format("the image centre ({:g}, {:g}) lies far outside the image of {} x {} px",
+                       centre.x(), centre.y(), model.width_px, model.height_px);
+  if (!unproject(model, size / 4)) return "the lens folds over inside the picture";
+  for (const double u : {0.0, size.x()}) {
+    for (const double v : {0.0, size.y()}) {
+      const Eigen::Array2d corner(u, v);
+      const Eigen::Vector2d straight = (corner - centre) / focal;
+      const auto px = project(model, {straight.x(), straight.y(), 1});
+      if (px && !((px->px - corner.matrix()).norm() < size.norm()))
+        return "the distortion moves a corner by more than the picture";
+    }
+  }
+  if (!(centre_in_world(camera).norm() < kFarthest_m))
+    return "the camera stands farther away than 100 m";
+  return {};
 }
 
 }  // namespace
@@ -105,8 +153,8 @@ void fields(Fields& f, WorkedPoint& point) {
 void fields(Fields& f, CalibratedCamera& calibrated) {
   Camera& camera = calibrated.camera;
   f(Field{"name", "name of the camera"}.plain_name(), camera.name);
-  f({"width_px", "columns of its pictures"}, camera.model.width_px);
-  f({"height_px", "rows of its pictures"}, camera.model.height_px);
+  f({"width_px", "columns of its pictures", 1, 1, kMostPixels}, camera.model.width_px);
+  f({"height_px", "rows of its pictures", 1, 1, kMostPixels}, camera.model.height_px);
   f({"lens", "lens of the camera"}, camera.model.lens);
   f({"cam_from_world", "pose of the camera"}, camera.cam_from_world);
   Eigen::Vector3d centre_m = centre_in_world(camera);
@@ -120,6 +168,14 @@ void fields(Fields& f, CalibratedCamera& calibrated) {
   f({"worked_point", "worked example that lets an importer check its projection"},
     calibrated.worked_point);
   if (!f.reads()) return;
+  // A rotation of five digits is made orthogonal when it is read.
+  f.rule((centre_m - centre_in_world(camera)).norm() <=
+             2e-4 * camera.cam_from_world.translation_m.norm() + 1e-9,
+         "centre_in_world_mm", "it is not the centre of the pose", make_again);
+  f.rule(calibrated.covariance_parameters.empty() ||
+             calibrated.covariance_parameters == parameter_names(camera.model),
+         "covariance_parameters", "they are not those of the lens and the pose, in their order",
+         make_again);
   const std::optional<Projection> px =
       project(camera.model, camera.cam_from_world * calibrated.worked_point.point_in_world);
   f.rule(px && (px->px - calibrated.worked_point.px).norm() <= 1e-6, "worked_point.px",
@@ -142,6 +198,22 @@ void fields(Fields& f, Calibration& calibration) {
   if (calibration.target_covariance.size() > 0)
     check_covariance(f, "target_covariance", "joint_covariance_parameters",
                      calibration.joint_covariance_parameters, calibration.target_covariance);
+  if (!f.reads()) return;
+  std::set<std::string> names, parameters;
+  std::size_t number = 0;
+  for (const CalibratedCamera& calibrated : calibration.cameras) {
+    const Camera& camera = calibrated.camera;
+    // A calibration that went astray is kept for its NO-GO; nothing measures with it.
+    const std::string fault = calibration.no_go ? std::string() : fault_of(camera);
+    f.rule(fault.empty(), fmt::format("cameras.{}.lens", number++), fault, make_again);
+    f.rule(names.insert(camera.name).second, "cameras", "two cameras have one name", make_again);
+    for (const std::string& name : parameter_names(camera.model))
+      parameters.insert(camera.name + "/" + name);
+  }
+  const auto& joint = calibration.joint_covariance_parameters;
+  f.rule(std::all_of(joint.begin(), joint.end(),
+                     [&](const std::string& name) { return parameters.erase(name) == 1; }),
+         "joint_covariance_parameters", "one is twice, or none of a camera", make_again);
 }
 
 const CalibratedCamera* Calibration::find(const std::string& name) const {

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "core/files/files.hpp"
+#include "core/files/number_range.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -36,7 +37,8 @@ double number_of(const std::string& word, const fs::path& file, int line) {
   double value = 0;
   const char* begin = word.data() + (word.size() > 1 && word.front() == '+' ? 1 : 0);
   const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
+  if (error != std::errc() || end != word.data() + word.size() ||
+      !(std::abs(value) <= largest_number))
     reject(file, fmt::format("`{}` is not a number", word.substr(0, 40)), line);
   return value;
 }
@@ -150,11 +152,20 @@ PlyHead read_head(const std::string& text, const fs::path& file) {
     words >> word;
     if (head.lines == 1 && word != "ply") reject(file, "this is not a PLY file", 1);
     if (word == "end_header") break;
-    if (word == "format") words >> head.format;
+    if (word == "format") {
+      std::string version;
+      words >> head.format >> version;
+      if (version != "1.0")
+        reject(file, fmt::format("PLY version `{}`, not 1.0", printable(version)), head.lines);
+    }
     if (word == "element") {
       Element element;
-      words >> element.name >> element.count;
-      if (!words) reject(file, "an element without a count", head.lines);
+      std::string count;
+      words >> element.name >> count;
+      const double whole = number_of(count, file, head.lines);
+      if (whole < 0 || whole != std::floor(whole) || whole > 1e15)
+        reject(file, "an element without a count", head.lines);
+      element.count = static_cast<std::size_t>(whole);
       head.elements.push_back(element);
     }
     if (word != "property") continue;
@@ -183,8 +194,17 @@ class PlyBody {
 
   double next(const PlyType& type) {
     const double value = ascii_ ? next_word() : next_bytes(type);
-    if (!std::isfinite(value)) reject(file_, "the mesh holds a value that is not finite");
+    if (!(std::abs(value) <= largest_number))
+      reject(file_, "the mesh holds a value that is not finite");
     return value;
+  }
+
+  /// Throws unless the values of an item end with its line.
+  void end_item() {
+    if (!ascii_) return;
+    at_ = std::min(text_.find_first_not_of(" \t\r", at_), text_.size());
+    if (at_ < text_.size() && text_[at_] != '\n')
+      reject(file_, "a line holds another number of values than its element has", line_at(at_));
   }
 
   /// Reads a count of items that take at least one byte each.
@@ -215,13 +235,15 @@ class PlyBody {
     if (begin == std::string::npos) reject(file_, "the PLY file ends before its data");
     at_ = std::min(text_.find_first_of(" \t\r\n", begin), text_.size());
     const std::string word = text_.substr(begin, at_ - begin);
-    const auto line = [&] {
-      return static_cast<int>(std::count(text_.data(), text_.data() + begin, '\n')) + 1;
-    };
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error == std::errc() && end == word.data() + word.size()) return value;
-    return number_of(word, file_, line());  // signed, or not a number
+    return number_of(word, file_, line_at(begin));  // signed, or not a number
+  }
+
+  [[nodiscard]] int line_at(std::size_t place) const {
+    const auto end = text_.begin() + static_cast<std::ptrdiff_t>(place);
+    return static_cast<int>(std::count(text_.begin(), end, '\n')) + 1;
   }
 
   double next_bytes(const PlyType& type) {
@@ -282,6 +304,7 @@ void read_item(PlyBody& body, const Element& element, MeshFile& mesh, const fs::
       has_uv = has_uv || name == u || name == v;
     }
   }
+  body.end_item();
   if (is_side) mesh.sides.push_back({ends, point});
   if (element.name != "vertex") return;
   mesh.points.push_back(point);

@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
+constexpr double kFarthest_mm = 1e5;
 constexpr double kLeastObject_mm = 5, kMostObject_mm = 3000;
 constexpr std::string_view kObjectSizes =
     "what cloth drapes over measures 5 mm to 3 m; lengths are in mm, not in m or cm";
@@ -167,10 +168,13 @@ void fields(Fields& f, SceneObject& object) {
 }  // namespace
 
 void fields(Fields& f, Pin& pin) {
-  f.if_any({"at_material_mm", "held point of the cloth (warp, weft)", mm}, pin.at_material_m);
+  f.if_any(
+      {"at_material_mm", "held point of the cloth (warp, weft)", mm, -kFarthest_mm, kFarthest_mm},
+      pin.at_material_m);
   f.when(!pin.at_material_m, {"row", "row of the held mark, along the warp"}, pin.mark.row);
   f.when(!pin.at_material_m, {"col", "column of the held mark, along the weft"}, pin.mark.col);
-  f.if_any({"at_mm", "position at which it is held; absent if where it was measured", mm},
+  f.if_any({"at_mm", "position at which it is held; absent if where it was measured", mm,
+            -kFarthest_mm, kFarthest_mm},
            pin.point_in_world);
   f.if_any(standard_uncertainty("place_uncertainty_mm",
                                 "standard uncertainty of at_mm along each axis; absent: 0.5 mm"),
@@ -178,11 +182,14 @@ void fields(Fields& f, Pin& pin) {
 }
 
 void fields(Fields& f, Clamp& clamp) {
-  f({"from_material_mm", "end of the held line on the cloth (warp, weft)", mm},
+  f({"from_material_mm", "end of the held line on the cloth (warp, weft)", mm, -kFarthest_mm,
+     kFarthest_mm},
     clamp.from_material_m);
-  f({"to_material_mm", "other end on the cloth", mm}, clamp.to_material_m);
-  f({"from_mm", "end of the held line in the world", mm}, clamp.from_in_world);
-  f({"to_mm", "other end in the world", mm}, clamp.to_in_world);
+  f({"to_material_mm", "other end on the cloth", mm, -kFarthest_mm, kFarthest_mm},
+    clamp.to_material_m);
+  f({"from_mm", "end of the held line in the world", mm, -kFarthest_mm, kFarthest_mm},
+    clamp.from_in_world);
+  f({"to_mm", "other end in the world", mm, -kFarthest_mm, kFarthest_mm}, clamp.to_in_world);
   direction(f, {"direction", "direction in which the cloth leaves the clamp, any length"},
             clamp.direction_in_world);
   f.if_any(

@@ -316,7 +316,7 @@ Output run_job(const Recording& recording, const Job& job, const Surroundings& s
   output.frame.set = job.set->name;
   output.frame.camera = job.camera->name;
   output.frame.image_sha256 = job.frame->sha256;
-  const std::string stem = job.set->name + "_" + job.camera->name;
+  const std::string stem = picture_stem(job.set->name, job.camera->name);
   if (options.previews && options.surface == Surface::cloth) {
     output.preview =
         Picture{options.preview_prefix + "preview_" + stem + ".jpg", half_scale_jpeg(image)};
@@ -789,6 +789,10 @@ std::vector<std::string> default_sets(const Rig& rig, Surface surface) {
     if (!set.empty() && std::ranges::find(sets, set) == sets.end()) sets.push_back(set);
   }
   return sets;
+}
+
+std::string picture_stem(const std::string& set, const std::string& camera) {
+  return set + (camera.find('_') == std::string::npos ? "_" : ",") + camera;
 }
 
 }  // namespace drape::detect

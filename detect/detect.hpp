@@ -147,4 +147,9 @@ struct PictureQuality {
                                          const std::vector<TagDetection>& tags,
                                          const std::string& file, const std::string& keys);
 
+/// Stem of the files that belong to one picture: set and camera with an underscore between them; a
+/// camera whose name has one is parted by a comma, which no name holds, so that two pictures never
+/// share a file.
+[[nodiscard]] std::string picture_stem(const std::string& set, const std::string& camera);
+
 }  // namespace drape::detect

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <opencv2/core.hpp>
 #include <ostream>
+#include <set>
 
 #include "core/files/files.hpp"
 #include "core/units.hpp"
@@ -616,6 +617,15 @@ TEST(Places, AreRefusedBeforeAFrameIsLookedAt) {
   EXPECT_THAT(run(folder.path() / "link/out.json", {}).text, HasSubstr("inside the recording"));
   EXPECT_EQ(std::distance(fs::directory_iterator(recording), {}), 2) << "the set and its list";
   EXPECT_THAT(run(folder.path() / "recording-2.json", {}).text, HasSubstr("drape_A/cam0.png"));
+}
+
+TEST(PictureStem, TwoPicturesNeverShareAFile) {
+  const std::vector<std::string> names = {"d", "d_a", "d_a_", "_b", "a_b", "b", "a__b", "_"};
+  std::set<std::string> stems;
+  for (const std::string& set : names)
+    for (const std::string& camera : names) stems.insert(picture_stem(set, camera));
+  EXPECT_EQ(stems.size(), names.size() * names.size());
+  EXPECT_EQ(picture_stem("drape_A", "cam0"), "drape_A_cam0");
 }
 
 }  // namespace

@@ -6,8 +6,10 @@
 #include <zlib.h>
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <pugixml.hpp>
 #include <ranges>
@@ -15,6 +17,7 @@
 #include <sstream>
 
 #include "core/files/files.hpp"
+#include "core/files/number_range.hpp"
 #include "core/geometry/rigid_motion.hpp"
 #include "core/scene.hpp"
 
@@ -169,9 +172,10 @@ class Vtu {
     if (format == "ascii") {
       std::istringstream in(array.child_value());
       for (std::string word; in >> word;) {
-        char* end = nullptr;
-        values.push_back(std::strtod(word.c_str(), &end));
-        if (*end != '\0') fail(fmt::format("`{}` is no number", printable(word)));
+        const char* const last = word.data() + word.size();
+        const auto [end, error] = std::from_chars(word.data(), last, values.emplace_back());
+        if (error != std::errc() || end != last)
+          fail(fmt::format("`{}` is no number", printable(word)));
       }
       if (values.size() != count) fail("an array has not as many numbers as it states");
       return values;
@@ -219,6 +223,7 @@ class Vtu {
 };
 
 constexpr double kAtMark_m = 1e-6;       ///< largest distance of a point that counts as the mark
+constexpr double kFarthest_m = 100;      ///< largest extent of the points
 constexpr double kReach = 3;             ///< radius of the fit around a mark, in spacings
 constexpr std::size_t kLeastPoints = 8;  ///< for the six coefficients of a quadratic surface
 constexpr double kMostDeviations = 3;
@@ -266,7 +271,13 @@ PointColumns known_columns(const Table& table, const fs::path& file, std::string
 
 const std::vector<double>& column_of(const Table& table, const std::string& name,
                                      const fs::path& file) {
-  if (const auto column = table.find(name); column != table.end()) return column->second;
+  if (const auto column = table.find(name); column != table.end()) {
+    if (std::ranges::any_of(column->second, [](double v) { return std::abs(v) > largest_number; }))
+      throw bad_input(
+          fmt::format("the column `{}` holds a number above {:g}", name, largest_number),
+          {.file = file.string()}, "write nan for a point that was lost");
+    return column->second;
+  }
   throw bad_input(fmt::format("the column `{}` is missing", name), {.file = file.string()},
                   fmt::format("there are: {}", fmt::join(std::views::keys(table), ", ")));
 }
@@ -495,6 +506,15 @@ Cloud read_cloud(const fs::path& file, const PointsDescription& description) {
     if (warp) cloud.material_m.push_back(description.unit_m * Vector2d((*warp)[i], (*weft)[i]));
     if (sigma) cloud.sigma_m.push_back(description.unit_m * (*sigma)[i]);
   }
+  const auto check_extent = [&](auto box, const auto& places, const char* what) {
+    for (const auto& place : places) box.extend(place);
+    if (!box.isEmpty() && box.diagonal().norm() > kFarthest_m)
+      throw bad_input(fmt::format("its {} lie {:.3g} m apart, more than {:g} m", what,
+                                  box.diagonal().norm(), kFarthest_m),
+                      {.file = file.string()}, "correct them, or unit_mm in points.toml");
+  };
+  check_extent(Eigen::AlignedBox3d(), cloud.points, "points");
+  check_extent(Eigen::AlignedBox2d(), cloud.material_m, "material coordinates");
   if (cloud.points.size() < 4)
     throw bad_input(fmt::format("the file holds {} points, {} failed ones", cloud.points.size(),
                                 cloud.left_out),

@@ -161,7 +161,7 @@ TEST_F(Points, WhatContradictsOrIsMissingIsRefusedByName) {
               HasSubstr("how far a point may be off"));
   EXPECT_THAT(refusal(with("in_world_mm = [-150", "in_world_mm = [-140"), table(1)),
               HasSubstr("contradict each other"));
-  EXPECT_THAT(refusal(with("sigma_mm", "unit_mm = 1000.0\nsigma_mm"), table(1)),
+  EXPECT_THAT(refusal(with("sigma_mm", "unit_mm = 100.0\nsigma_mm"), table(1)),
               HasSubstr("contradict each other"));
   EXPECT_THAT(
       refusal(with("at_material_mm = [0, 0]", "in_world_mm = [0, 0, 0]\nat_material_mm = [0, 0]"),

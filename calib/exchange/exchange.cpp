@@ -14,6 +14,7 @@
 
 #include "calib/exchange/formats.hpp"
 #include "core/camera_model.hpp"
+#include "core/fields/records.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/vectors.hpp"
 #include "core/units.hpp"
@@ -126,32 +127,23 @@ BrownRefit refit_as_brown(const CameraModel& model, BrownTerms terms) {
   return compared(rays, model, lens);
 }
 
-/// Throws Error(bad_input) that names the file unless the camera is valid.
-void check_imported(const Camera& camera, const std::filesystem::path& file) {
-  const auto refuse = [&](const std::string& what, const std::string& field) {
-    return bad_input(what, {.file = file.string(), .field = field, .camera = camera.name},
-                     "export the camera again");
-  };
+/// Throws Error(bad_input) that names the file unless the camera is one that a calibration may
+/// hold.
+void check_imported(CalibratedCamera calibrated, const std::filesystem::path& file) {
+  const Camera& camera = calibrated.camera;
   const auto& lens = std::get<BrownLens>(camera.model.lens);
-  Eigen::VectorXd numbers(12);
-  numbers << lens.fx_px, lens.fy_px, lens.cx_px, lens.cy_px, lens.k1, lens.k2, lens.p1, lens.p2,
-      lens.k3, camera.cam_from_world.translation_m;
-  if (!numbers.allFinite() || !camera.cam_from_world.rotation.allFinite())
-    throw refuse("a number of the camera is not finite", "");
-  if (!(lens.fx_px > 0 && lens.fy_px > 0))
-    throw refuse("the focal length is not positive", "focal length");
-  if (camera.model.width_px < 1 || camera.model.height_px < 1)
-    throw refuse("the image has no size", "image size");
-  // Wider than any lens and sensor: half the pixels of an anamorphic lens, a cut-out off the axis.
-  if (lens.fx_px > 4 * lens.fy_px || lens.fy_px > 4 * lens.fx_px)
-    throw refuse(fmt::format("fx is {:g} px and fy {:g} px", lens.fx_px, lens.fy_px),
-                 "focal length");
-  if (std::abs(2 * lens.cx_px / camera.model.width_px - 1) > 3 ||
-      std::abs(2 * lens.cy_px / camera.model.height_px - 1) > 3)
-    throw refuse(
-        fmt::format("the image centre ({:g}, {:g}) lies far outside the image of {} x {} px",
-                    lens.cx_px, lens.cy_px, camera.model.width_px, camera.model.height_px),
-        "image centre");
+  calibrated.worked_point = {camera.cam_from_world.inverse() * Vector3d(0, 0, 0.5),
+                             {lens.cx_px, lens.cy_px}};
+  Calibration one;
+  one.method = "imported";
+  one.cameras = {calibrated};
+  std::vector<Error> faults =
+      faults_of_reading(Document(Syntax::json, value_of(one)), walk_through(one));
+  for (Error& fault : faults)
+    fault = bad_input(fault.what_failed(),
+                      {.file = file.string(), .field = fault.where().field, .camera = camera.name},
+                      "export the camera again");
+  throw_if_any(std::move(faults));
 }
 
 /// Fills a pattern with a camera's values: `n` its number, `k` the lens, `r` rows of the rotation,
@@ -412,21 +404,15 @@ std::vector<CalibratedCamera> import_cameras(const std::filesystem::path& file,
   std::vector<CalibratedCamera> result;
   for (Camera& camera : cameras_of(file, format, options)) {
     require_plain_name(camera.name, {.file = file.string()});
-    check_imported(camera, file);
+    CalibratedCamera& calibrated = result.emplace_back();
+    calibrated.camera = std::move(camera);
+    check_imported(calibrated, file);
     // Half a metre away, through the centre of the upper left quadrant, where distortion is
     // visible.
-    const CameraModel& model = camera.model;
+    const auto& [name, model, pose] = calibrated.camera;
     const auto ray = unproject(model, {model.width_px / 4.0, model.height_px / 4.0});
-    if (!ray) {
-      throw bad_input("the lens folds over inside the image",
-                      {.file = file.string(), .camera = camera.name},
-                      "calibrate with fewer distortion terms");
-    }
-    CalibratedCamera& calibrated = result.emplace_back();
-    calibrated.worked_point.point_in_world = camera.cam_from_world.inverse() * (0.5 * *ray);
-    calibrated.worked_point.px =
-        project(model, camera.cam_from_world * calibrated.worked_point.point_in_world)->px;
-    calibrated.camera = std::move(camera);
+    calibrated.worked_point.point_in_world = pose.inverse() * (0.5 * ray.value());
+    calibrated.worked_point.px = project(model, pose * calibrated.worked_point.point_in_world)->px;
   }
   if (result.empty())
     throw bad_input("the file holds no camera", {.file = file.string()}, "give the right file");

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <sstream>
 
 #ifdef DRAPE_HAS_OPENCV_CALIB3D
@@ -382,8 +383,52 @@ TEST(Exchange, FilesOfOpenCVAndRosAreReadOrRefusedByName) {
               HasSubstr("not a rotation"));
   EXPECT_THAT(read(rvec, pose + "1, 0, 0, 0, 1, 0, 0, 0, -1"), HasSubstr("not a rotation"));
   EXPECT_THAT(read(rvec, pose + "1, 0, 0, 0, 1, 0, 0, 0, 1 ] }\n" + rvec), HasSubstr("two poses"));
-  EXPECT_THAT(refusal("right.yaml", "not yaml: [", ExchangeFormat::opencv),
-              HasSubstr("OpenCV cannot read"));
+  EXPECT_THAT(refusal("right.yaml", "not yaml: [", ExchangeFormat::opencv), HasSubstr("not YAML"));
+  // A number that would wrap, of another base, or of no bench; a key given twice.
+  EXPECT_THAT(read("image_width: 640", "image_width: 0x10"), HasSubstr("whole number"));
+  EXPECT_THAT(read("image_width: 640", "image_width: 640.5"), HasSubstr("whole number"));
+  EXPECT_THAT(read("901.", "901000."), HasSubstr("focal length"));
+  EXPECT_THAT(read("-0.1, 0.02", "1e99, 0.02"), HasSubstr("number up to"));
+  EXPECT_THAT(read("-0.1, 0.02", "1e6, 0.02"), HasSubstr("distortion"));
+  EXPECT_THAT(read("tvec: { data: [ 0., 0., 1.", "tvec: { data: [ 0., 0., 1000."),
+              HasSubstr("farther away than 100 m"));
+  EXPECT_THAT(read("0., 0., 0.1 ]", "0., 0., 10. ]"), HasSubstr("more than a whole turn"));
+}
+
+TEST(Exchange, ACalibrationsNamesAndCentresMustBeThoseOfItsCameras) {
+  const test::TemporaryFolder folder;
+  Calibration calibration = bench1_calibration(false);
+  CalibratedCamera& camera = calibration.cameras[0];
+  camera.covariance_parameters = parameter_names(camera.camera.model);
+  const auto size = static_cast<Eigen::Index>(camera.covariance_parameters.size());
+  camera.covariance = Eigen::MatrixXd::Identity(size, size);
+  calibration.joint_covariance_parameters = {"cam0/fx_px", "cam1/k1"};
+  calibration.joint_covariance = Eigen::Matrix2d::Identity();
+  const auto refusal_of = [&](const std::function<void(Calibration&)>& change) -> std::string {
+    Calibration changed = calibration;
+    change(changed);
+    write_calibration(folder.path() / "calibration.json", changed);
+    try {
+      static_cast<void>(read_calibration(folder.path() / "calibration.json"));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal_of([](Calibration&) {}), "");
+  EXPECT_THAT(
+      refusal_of([](Calibration& c) { std::ranges::reverse(c.cameras[0].covariance_parameters); }),
+      HasSubstr("in their order"));
+  EXPECT_THAT(refusal_of([](Calibration& c) { c.joint_covariance_parameters[1] = "cam7/k1"; }),
+              HasSubstr("none of a camera"));
+  EXPECT_THAT(refusal_of([](Calibration& c) { c.joint_covariance_parameters[1] = "cam0/fx_px"; }),
+              HasSubstr("twice"));
+  EXPECT_THAT(refusal_of([](Calibration& c) { c.cameras[1].camera.name = "cam0"; }),
+              HasSubstr("two cameras have one name"));
+  std::string text = text_of(calibration);
+  text.insert(text.find("[", text.find("centre_in_world_mm")) + 1, "1");
+  write_durable(folder.path() / "calibration.json", text);
+  EXPECT_THROW((void)read_calibration(folder.path() / "calibration.json"), Error);
 }
 
 TEST(Exchange, ChainsOfKalibrAreReadOrRefusedByName) {

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads other tools' camera files; uses or refuses every key that changes the meaning of numbers.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <iterator>
 #include <map>
-#include <opencv2/core.hpp>
 #include <pugixml.hpp>
 #include <ranges>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -58,9 +57,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// Throws Error(bad_input) for a table that has a key twice.
+void refuse_double_keys(const Value& value, const std::filesystem::path& file) {
+  if (const auto* list = value.get_if<Value::List>())
+    for (const Value& item : *list) refuse_double_keys(item, file);
+  std::set<std::string_view> keys;
+  if (const auto* table = value.get_if<Value::Table>())
+    for (const auto& [key, member] : *table) {
+      if (!keys.insert(key).second)
+        throw bad_input(fmt::format("the key `{}` is given twice", printable(key)),
+                        {.file = file.string(), .line = member.line}, "keep the right one");
+      refuse_double_keys(member, file);
+    }
+}
+
 /// Reads the record in a file's values; refuses a key that its description does not name.
 template <class Record>
 Record foreign_record(const std::filesystem::path& file, Value values) {
+  refuse_double_keys(values, file);
   Record record{};
   std::vector<Error> faults =
       faults_of_reading(Document(Syntax::toml, std::move(values)), walk_through(record));
@@ -73,6 +87,7 @@ Record foreign_record(const std::filesystem::path& file, Value values) {
   return record;
 }
 
+constexpr const char* kYamlRemedy = "give a file of cv::FileStorage, ROS or Kalibr";
 constexpr int kDeepestLiteral = 50;
 
 [[noreturn]] void refuse_file(const fs::path& file, const std::string& what,
@@ -80,39 +95,11 @@ constexpr int kDeepestLiteral = 50;
   throw bad_input(what, {.file = file.string(), .line = line}, remedy);
 }
 
-Value value_of_node(const cv::FileNode& node, const fs::path& file) {
-  if (node.isInt()) return static_cast<int>(node);
-  if (node.isReal()) return static_cast<double>(node);
-  if (node.isString()) return static_cast<std::string>(node);
-  if (node.isSeq()) {
-    Value::List list;
-    for (const cv::FileNode& item : node) list.push_back(value_of_node(item, file));
-    return list;
-  }
-  Value::Table table;
-  if (!node.isMap()) return table;
-  // cv::FileStorage gives the first value for each key that stands twice.
-  std::set<std::string> seen;
-  for (const std::string& key : node.keys()) {
-    if (!seen.insert(key).second)
-      refuse_file(file, "`" + key + "` is given twice", "keep the right one");
-    table.emplace_back(key, value_of_node(node[key], file));
-  }
-  return table;
-}
-
-/// Converts YAML for OpenCV's parser: adds its first line, and indents lists below their key.
-std::string for_storage(std::string text) {
-  if (!text.starts_with("%YAML"))
-    text.insert(0, text.starts_with("---") ? "%YAML:1.0\n" : "%YAML:1.0\n---\n");
-  static const std::regex kItem("(^|\n)( *)- ");
-  return std::regex_replace(text, kItem, "$1$2  - ");
-}
-
 /// Reads a text character by character, with the line of the next one.
 class Cursor {
  public:
-  Cursor(const fs::path& file, std::string text) : file_(file), text_(std::move(text)) {}
+  Cursor(const fs::path& file, std::string text, int line = 1)
+      : file_(file), text_(std::move(text)), line_(line) {}
 
   [[nodiscard]] bool at_end() const { return at_ >= text_.size(); }
   [[nodiscard]] char peek(std::size_t ahead = 0) const {
@@ -144,7 +131,7 @@ class Cursor {
   fs::path file_;
   std::string text_;
   std::size_t at_ = 0;
-  int line_ = 1;
+  int line_;
 };
 
 bool is_space(char c) {
@@ -157,20 +144,31 @@ bool is_number_part(char c) {
   return is_word(c) || c == '+' || c == '-';
 }
 
-/// Parses a number as strtod does, without underscores; null for anything else.
+/// Parses a decimal number, nan or inf, without underscores; null for anything else.
 Value number_value(std::string word) {
-  word.erase(std::remove(word.begin(), word.end(), '_'), word.end());
-  char* end = nullptr;
-  const double number = std::strtod(word.c_str(), &end);
-  if (word.empty() || *end != '\0') return {};
-  if (word.find_first_not_of("+-0123456789") == std::string::npos && std::abs(number) < 1e15)
+  std::erase(word, '_');
+  if (word.starts_with("+")) word.erase(0, 1);
+  double number = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (error == std::errc::result_out_of_range) return HUGE_VAL;
+  if (error != std::errc() || end != word.data() + word.size()) return {};
+  if (word.find_first_not_of("-0123456789") == std::string::npos && std::abs(number) < 1e15)
     return static_cast<std::int64_t>(number);
   return number;
 }
 
-class PythonReader {
+/// Parses a text of YAML without quotes.
+Value plain_value(const std::string& text) {
+  if (text == "true" || text == "false") return text == "true";
+  if (text == "null" || text == "~") return {};
+  Value number = number_value(text);
+  return number.is_null() ? Value(text) : number;
+}
+
+/// Reads a literal of Python, or one in brackets of YAML, where texts need no quotes.
+class LiteralReader {
  public:
-  explicit PythonReader(Cursor cursor) : in_(std::move(cursor)) {}
+  LiteralReader(Cursor cursor, bool is_yaml) : in_(std::move(cursor)), is_yaml_(is_yaml) {}
 
   Value whole() {
     Value value = read(0);
@@ -181,6 +179,7 @@ class PythonReader {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
+    if (is_yaml_) in_.fail("not YAML: " + what, kYamlRemedy);
     in_.fail("not a Python literal: " + what, "write the model again with mrcal");
   }
   void skip() {
@@ -248,7 +247,7 @@ class PythonReader {
       value = table(depth);
     } else if (in_.take('[')) {
       value = items(']', depth);
-    } else if (in_.take('(')) {
+    } else if (!is_yaml_ && in_.take('(')) {
       value = items(')', depth);
     } else if (at_text()) {
       std::string text;
@@ -257,6 +256,12 @@ class PythonReader {
         text += quoted();
       }
       value = text;
+    } else if (is_yaml_) {
+      std::string word = in_.while_true(
+          [](char c) { return std::string_view("[]{},:\n").find(c) == std::string_view::npos; });
+      word.erase(word.find_last_not_of(" \t") + 1);
+      if (word.empty()) fail("a value is missing");
+      value = plain_value(word);
     } else {
       const std::string word = in_.while_true(is_number_part);
       if (word == "True" || word == "False")
@@ -269,19 +274,198 @@ class PythonReader {
   }
 
   Cursor in_;
+  bool is_yaml_;
 };
+
+/// Reads YAML as PyYAML and OpenCV write it: mappings and lists by indentation or in brackets, each
+/// text on one line; tags and anchors have no meaning here.
+class YamlReader {
+ public:
+  YamlReader(const fs::path& file, const std::string& text) : file_(file) {
+    std::istringstream in(text);
+    int number = 0;
+    for (std::string line; std::getline(in, line);) {
+      ++number;
+      line.erase(comment_of(line));
+      line.erase(line.find_last_not_of(" \t\r") + 1);
+      const std::size_t indent = line.find_first_not_of(' ');
+      if (line.empty() || line.starts_with("%") || line == "---" || line == "...") continue;
+      lines_.push_back({indent, line.substr(indent), number});
+    }
+  }
+
+  Value whole() {
+    Value value = lines_.empty() ? Value() : block(lines_.front().indent, 0);
+    if (at_ < lines_.size()) fail("its indentation fits no line before");
+    return value;
+  }
+
+ private:
+  struct Line {
+    std::size_t indent;
+    std::string text;
+    int number;
+  };
+
+  static std::size_t comment_of(const std::string& line) {
+    char quote = 0;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const char c = line[i];
+      if (quote != 0)
+        quote = c == quote ? '\0' : quote;
+      else if (c == '"' || c == '\'')
+        quote = c;
+      else if (c == '#' && (i == 0 || is_space(line[i - 1])))
+        return i;
+    }
+    return line.size();
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    const int line = lines_.empty() ? 1 : lines_[std::min(at_, lines_.size() - 1)].number;
+    refuse_file(file_, "not YAML: " + what, kYamlRemedy, line);
+  }
+  static bool is_item(const std::string& text) { return text == "-" || text.starts_with("- "); }
+
+  static std::string without_tag(std::string text) {
+    const auto trim = [&](std::size_t from) {
+      text.erase(0, std::min(text.find_first_not_of(" \t", from), text.size()));
+    };
+    trim(0);
+    if (text.starts_with("!") || text.starts_with("&"))
+      trim(std::min(text.find_first_of(" \t"), text.size()));
+    return text;
+  }
+
+  /// Position behind the colon of a key; npos if the line has none.
+  static std::size_t end_of_key(const std::string& text) {
+    const bool is_quoted = text.front() == '"' || text.front() == '\'';
+    std::size_t from = is_quoted ? text.find(text.front(), 1) : 0;
+    if (is_quoted && from != std::string::npos) from = text.find(':', from);
+    if (!is_quoted)
+      from = text.ends_with(":") ? std::min(text.find(": "), text.size() - 1) : text.find(": ");
+    return from == std::string::npos ? from : from + 1;
+  }
+
+  /// The list, mapping or value whose lines begin at this indentation.
+  Value block(std::size_t indent, int depth) {
+    if (depth > kDeepestLiteral) fail("nested too deeply");
+    const int number = lines_[at_].number;
+    Value value;
+    if (is_item(lines_[at_].text)) {
+      Value::List list;
+      while (at_ < lines_.size() && lines_[at_].indent == indent && is_item(lines_[at_].text)) {
+        Line& line = lines_[at_];
+        const std::string item = without_tag(line.text.substr(1));
+        if (item.empty()) {
+          list.push_back(below(indent + 1, depth));
+          continue;
+        }
+        line.indent += line.text.size() - item.size();  // a block of its own begins there
+        line.text = item;
+        list.push_back(block(line.indent, depth + 1));
+      }
+      value = std::move(list);
+    } else if (std::string("[{").find(lines_[at_].text.front()) != std::string::npos ||
+               end_of_key(lines_[at_].text) == std::string::npos) {
+      value = inline_value(lines_[at_].text);
+    } else {
+      Value::Table table;
+      while (at_ < lines_.size() && lines_[at_].indent == indent && !is_item(lines_[at_].text)) {
+        const std::size_t end = end_of_key(lines_[at_].text);
+        if (end == std::string::npos) fail("a colon behind a key is missing");
+        std::string rest = lines_[at_].text.substr(end), key = lines_[at_].text.substr(0, end - 1);
+        if (key.starts_with('"') || key.starts_with('\''))
+          key = key.substr(1, key.rfind(key[0]) - 1);
+        rest = without_tag(rest);
+        const int of_key = lines_[at_].number;
+        const bool is_inline = !rest.empty();
+        table.emplace_back(key, is_inline ? inline_value(rest) : below(indent, depth));
+        table.back().second.line = of_key;
+      }
+      value = std::move(table);
+    }
+    value.line = number;
+    return value;
+  }
+  /// The block below a key or a dash; null if there is none.
+  Value below(std::size_t indent, int depth) {
+    ++at_;
+    if (at_ == lines_.size() || lines_[at_].indent < indent) return {};
+    if (lines_[at_].indent == indent && !is_item(lines_[at_].text)) return {};
+    return block(lines_[at_].indent, depth + 1);
+  }
+
+  /// A value that begins on this line; one in brackets may end on a later one.
+  Value inline_value(std::string text) {
+    const int first = lines_[at_++].number;
+    if (text.front() == '"' || text.front() == '\'') {
+      if (text.size() < 2 || text.find(text.front(), 1) != text.size() - 1)
+        fail("a text does not end");
+      return text.substr(1, text.size() - 2);
+    }
+    if (text.front() != '[' && text.front() != '{') return plain_value(text);
+    std::ptrdiff_t open = 0;
+    const auto count = [&](const std::string& part) {
+      for (const char c : part) open += (c == '[' || c == '{') - (c == ']' || c == '}');
+    };
+    count(text);
+    for (int line = first; at_ < lines_.size() && open > 0; ++at_) {
+      count(lines_[at_].text);
+      text += std::string(static_cast<std::size_t>(lines_[at_].number - line), '\n');
+      text += lines_[at_].text;
+      line = lines_[at_].number;
+    }
+    return LiteralReader(Cursor(file_, text, first), true).whole();
+  }
+
+  fs::path file_;
+  std::vector<Line> lines_;
+  std::size_t at_ = 0;
+};
+
+/// Refuses a text beside elements: one whose first bracket was lost is no element any longer.
+void refuse_stray_text(const pugi::xml_node& node, const fs::path& file) {
+  for (const pugi::xml_node& child : node.children())
+    if (child.type() == pugi::node_pcdata)
+      refuse_file(file, fmt::format("`{}` stands outside any element", printable(child.value())),
+                  "write the file again");
+}
+
+/// An element of cv::FileStorage's XML: a table of its children, or its words.
+Value element_value(const pugi::xml_node& node, const fs::path& file, int depth = 0) {
+  if (depth > kDeepestLiteral) refuse_file(file, "nested too deeply", "give the right file");
+  Value::Table table;
+  for (const pugi::xml_node& child : node.children())
+    if (child.type() == pugi::node_element)
+      table.emplace_back(child.name(), element_value(child, file, depth + 1));
+  Value::List words;
+  if (!table.empty()) {
+    refuse_stray_text(node, file);
+    if (table.front().first != "_") return table;
+    for (auto& [name, item] : table) words.push_back(std::move(item));
+    return words;
+  }
+  std::istringstream in(node.child_value());
+  for (std::string word; in >> word;) {
+    Value number = number_value(word);
+    words.push_back(number.is_null() ? Value(word) : std::move(number));
+  }
+  if (std::string_view(node.name()) == "data" || words.size() > 1) return words;
+  return words.empty() ? Value() : words.front();
+}
 
 Value parameter_value(const pugi::xml_node& node, const fs::path& file) {
   const std::string type = node.attribute("type").value(), text = node.attribute("value").value();
   if (type == "string") return text;
-  if (type == "bool") return text == "true";
-  if (Value number = number_value(text); !number.is_null()) return number;
+  if (type == "bool" && (text == "true" || text == "false")) return text == "true";
+  if (Value number = number_value(text); type != "bool" && !number.is_null()) return number;
   refuse_file(file, fmt::format("`{}` is `{}`, no {}", node.attribute("name").value(), text, type),
               "write the calibration again with DICe");
 }
 
 Value list_value(const pugi::xml_node& node, const fs::path& file, int depth = 0) {
   if (depth > kDeepestLiteral) refuse_file(file, "nested too deeply", "give the right file");
+  refuse_stray_text(node, file);
   Value::Table table;
   for (const pugi::xml_node& child : node.children()) {
     const std::string name = child.attribute("name").value();
@@ -303,7 +487,7 @@ class MatlabReader {
     for (skip(); !in_.at_end(); skip()) {
       const std::string name = in_.while_true(is_word);
       skip();
-      if (name.empty() || !in_.take('=')) fail();
+      if (name.empty() || std::ranges::count(name, '.') > kDeepestLiteral || !in_.take('=')) fail();
       Value* at = &root;
       for (std::size_t begin = 0; begin <= name.size();) {
         const std::size_t end = std::min(name.find('.', begin), name.size());
@@ -348,6 +532,9 @@ class MatlabReader {
     if (number.is_null()) fail();
     return number;
   }
+  void blanks() {
+    in_.while_true([](char c) { return c == ' ' || c == '\t' || c == '\r'; });
+  }
   /// Reads a matrix as a list of rows; a single row or column becomes a list.
   Value matrix() {
     Value::List rows;
@@ -356,7 +543,7 @@ class MatlabReader {
       if (!row.empty()) rows.emplace_back(std::exchange(row, {}));
     };
     for (;;) {
-      in_.while_true([](char c) { return c == ' ' || c == '\t' || c == '\r' || c == ','; });
+      blanks();
       if (in_.at_end()) fail();
       if (in_.peek() == '.' && in_.peek(1) == '.' && in_.peek(2) == '.') {
         in_.while_true([](char c) { return c != '\n'; });
@@ -367,6 +554,10 @@ class MatlabReader {
         end_row();
       } else {
         row.push_back(scalar());
+        blanks();
+        if (!in_.take(',')) continue;
+        blanks();
+        if (std::string_view(",;]\n").find(in_.peek()) != std::string_view::npos) fail();
       }
     }
     end_row();
@@ -385,27 +576,23 @@ class MatlabReader {
   Cursor in_;
 };
 
-/// Reads YAML, XML or JSON of cv::FileStorage, and YAML of ROS and Kalibr without its first line.
+/// Reads YAML, XML or JSON of cv::FileStorage, and YAML of ROS and Kalibr. OpenCV's own parser
+/// wraps large numbers, takes the first of two keys, and dies of deep nesting.
 Value storage_value(const fs::path& file) {
-  // cv::FileStorage cuts whole numbers to 32 bits, but not others.
-  static const std::regex kLarge(
-      "(^|[^\\w.+-])([+-]?(?:[3-9][0-9]{9}|[0-9]{11,30}))(?=[\\s,<}]|\\]|$)");
-  std::string text = std::regex_replace(read_text(file), kLarge, "$1$2.0");
-  if (const fs::path ending = file.extension(); ending == ".yaml" || ending == ".yml")
-    text = for_storage(std::move(text));
-  cv::FileStorage storage;
-  try {
-    storage.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
-    if (storage.isOpened()) return value_of_node(storage.root(), file);
-  } catch (const cv::Exception&) {
-    // A parse error of OpenCV counts as a file that it cannot open.
-  }
-  refuse_file(file, "OpenCV cannot read the file", "give a file of cv::FileStorage or YAML");
+  const std::string text = read_text(file);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first != std::string::npos && text[first] == '{') return json_value(text, file.string());
+  if (first == std::string::npos || text[first] != '<') return YamlReader(file, text).whole();
+  pugi::xml_document document;
+  const bool is_read = static_cast<bool>(document.load_string(text.c_str()));
+  if (!is_read || !document.child("opencv_storage"))
+    refuse_file(file, "it is no XML of cv::FileStorage", "give a file of cv::FileStorage or YAML");
+  return element_value(document.child("opencv_storage"), file);
 }
 
 /// Reads a Python literal: dictionary, list or tuple of numbers, texts, True, False and None.
 Value python_value(const fs::path& file) {
-  return PythonReader(Cursor(file, read_text(file))).whole();
+  return LiteralReader(Cursor(file, read_text(file)), false).whole();
 }
 
 /// Reads XML of Trilinos' ParameterList: a list becomes a table, a parameter has its stated type.
@@ -459,7 +646,7 @@ void zero(Fields& f, std::initializer_list<std::string_view> names) {
 /// OpenCV's typed matrix, or the plain map of ROS.
 struct StorageMatrix {
   std::optional<int> rows, cols;
-  std::optional<std::string> element;
+  std::optional<std::string> element, type;
   std::vector<double> data;  ///< row by row
 
   [[nodiscard]] Eigen::Matrix3d square() const {
@@ -472,9 +659,14 @@ void fields(Fields& f, StorageMatrix& matrix) {
   f.if_any({"rows", "rows", 1, 0, 1000}, matrix.rows);
   f.if_any({"cols", "columns", 1, 0, 1000}, matrix.cols);
   f.if_any({"dt", "type of an element"}, matrix.element);
+  f.if_any({"type_id", "type of the element"}, matrix.type);
   f({"data", "elements, row by row"}, matrix.data);
   f.rule(!matrix.element || matrix.element->size() == 1, "dt", "its elements are no single numbers",
          "write a matrix of doubles");
+  f.rule(matrix.type.value_or("opencv-matrix") == "opencv-matrix", "type_id", "it is no matrix",
+         "write a matrix of doubles");
+  f.rule(matrix.rows.has_value() == matrix.cols.has_value(), "rows",
+         "rows and columns are never one without the other", "export the camera again");
   f.rule(!matrix.rows || !matrix.cols ||
              static_cast<std::size_t>(*matrix.rows) * *matrix.cols == matrix.data.size(),
          "data", "rows times columns is another number of elements", "export the camera again");
@@ -569,6 +761,15 @@ Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& matrix, const fs::path& file,
   return fault < 1e-12 ? matrix : nearest_rotation(matrix);
 }
 
+/// Rotation by a vector of at most one turn.
+Eigen::Matrix3d rotation_by(const Eigen::Vector3d& vector_rad, const fs::path& file,
+                            const std::string& field) {
+  if (!(vector_rad.norm() <= 2 * EIGEN_PI))
+    throw refused(file, field, "its rotation is more than a whole turn",
+                  "give the rotation vector in radians");
+  return rotation_about(vector_rad);
+}
+
 /// A lens of up to nine numbers: fx fy cx cy, then k1 k2 p1 p2 k3 in OpenCV's order.
 BrownLens lens_of(std::vector<double> v) {
   v.resize(9, 0);
@@ -626,7 +827,7 @@ Camera camera_of_storage(const fs::path& file, double unit_m) {
                   "in metres");
   camera.cam_from_world.translation_m = unit_m * translation->vector();
   camera.cam_from_world.rotation =
-      read.rotation ? read.rotation->square() : rotation_about(read.vector->vector());
+      read.rotation ? read.rotation->square() : rotation_by(read.vector->vector(), file, "rvec");
   camera.name = file.stem().string();
   return camera;
 }
@@ -751,7 +952,7 @@ Camera camera_of_mrcal(const fs::path& file, double unit_m) {
   Camera camera;
   camera.model = {lens_of(model.intrinsics), model.size_px[0], model.size_px[1]};
   const std::vector<double>& pose = model.rt_cam_ref ? *model.rt_cam_ref : *model.extrinsics;
-  camera.cam_from_world.rotation = rotation_about({pose[0], pose[1], pose[2]});
+  camera.cam_from_world.rotation = rotation_by({pose[0], pose[1], pose[2]}, file, "rt_cam_ref");
   camera.cam_from_world.translation_m = unit_m * Eigen::Vector3d(pose[3], pose[4], pose[5]);
   camera.name = file.stem().string();
   return camera;
@@ -794,9 +995,9 @@ void fields(Fields& f, DiceCamera& camera) {
                                    {"P2", &lens.p2}})
     f.otherwise({name, "term of the lens"}, *term);
   zero(f, {"FS", "K4", "K5", "K6", "S1", "S2", "S3", "S4", "T1", "T2"});
-  f.otherwise({"ALPHA", "degrees about x"}, camera.alpha_deg);
-  f.otherwise({"BETA", "degrees about y"}, camera.beta_deg);
-  f.otherwise({"GAMMA", "degrees about z"}, camera.gamma_deg);
+  f.otherwise({"ALPHA", "degrees about x", 1, -360, 360}, camera.alpha_deg);
+  f.otherwise({"BETA", "degrees about y", 1, -360, 360}, camera.beta_deg);
+  f.otherwise({"GAMMA", "degrees about z", 1, -360, 360}, camera.gamma_deg);
   f.otherwise({"TX", "of the target's unit"}, camera.translation.x());
   f.otherwise({"TY", "of the target's unit"}, camera.translation.y());
   f.otherwise({"TZ", "of the target's unit"}, camera.translation.z());
@@ -821,7 +1022,7 @@ std::vector<double> braced(const std::string& text, std::size_t count, const fs:
       plain.begin(), plain.end(), [](char c) { return c == '{' || c == '}' || c == ','; }, ' ');
   std::istringstream in(plain);
   std::vector<double> numbers{std::istream_iterator<double>(in), {}};
-  if (!in.eof() || numbers.size() != count ||
+  if (!text.starts_with('{') || !text.ends_with('}') || !in.eof() || numbers.size() != count ||
       !std::all_of(numbers.begin(), numbers.end(), [](double v) { return std::isfinite(v); }))
     throw refused(file, field, fmt::format("`{}` is not {} numbers", printable(text), count),
                   "write the calibration again with DICe");
@@ -857,6 +1058,10 @@ std::vector<Camera> cameras_of_dice(const fs::path& file, double unit_m) {
                     "add LENS_DISTORTION_MODEL");
     Camera camera;
     const auto size = braced(read.size, 2, file, key + ".IMAGE_HEIGHT_WIDTH");
+    if (!std::ranges::all_of(size,
+                             [](double v) { return v >= 1 && v < 65536 && v == std::floor(v); }))
+      throw refused(file, key + ".IMAGE_HEIGHT_WIDTH", "these are no numbers of pixels",
+                    "write the calibration again with DICe");
     camera.model = {lens, static_cast<int>(size[1]), static_cast<int>(size[0])};
     using Eigen::AngleAxisd, Eigen::Vector3d, units::deg;
     Eigen::Matrix3d rotation = (AngleAxisd(read.gamma_deg * deg, Vector3d::UnitZ()) *
@@ -884,7 +1089,7 @@ std::vector<Camera> cameras_of_dice(const fs::path& file, double unit_m) {
 struct MatlabCamera {
   std::optional<Eigen::Matrix3d> transposed, k;
   std::vector<double> radial, tangential;
-  Eigen::Vector2d size_px{0, 0};
+  std::array<int, 2> size_px{};
   std::optional<std::string> units;
 };
 
@@ -956,7 +1161,7 @@ std::vector<Camera> cameras_of_matlab(const fs::path& file, std::optional<double
     lens.k1 = read.radial[0], lens.k2 = read.radial[1];
     lens.k3 = read.radial.size() > 2 ? read.radial[2] : 0;
     lens.p1 = read.tangential[0], lens.p2 = read.tangential[1];
-    camera.model = {lens, static_cast<int>(read.size_px.y()), static_cast<int>(read.size_px.x())};
+    camera.model = {lens, read.size_px[1], read.size_px[0]};
     camera.name = fmt::format("camera{}", i + 1);
   }
   cameras[1].cam_from_world = {rotation_of(stereo.rotation.transpose(), file, "RotationOfCamera2"),
@@ -966,13 +1171,42 @@ std::vector<Camera> cameras_of_matlab(const fs::path& file, std::optional<double
 
 // COLMAP
 
-/// Lines of a COLMAP text except comments, each with its number.
-std::vector<std::pair<int, std::string>> lines_of_text(const fs::path& file) {
+constexpr std::string_view kExportAgain = "export the model as text again";
+
+/// A line of a COLMAP text, in words.
+struct Words {
+  std::vector<std::string> words;
+  Where where;
+
+  [[nodiscard]] double number(std::size_t at) const {
+    const Value value = at < words.size() ? number_value(words[at]) : Value();
+    if (!value.is_number() || !std::isfinite(value.number()))
+      throw bad_input(
+          fmt::format("`{}` is no number", at < words.size() ? printable(words[at]) : ""), where,
+          std::string(kExportAgain));
+    return value.number();
+  }
+  [[nodiscard]] int whole(std::size_t at) const {
+    const double value = number(at);
+    if (!(value >= 0 && value < 1 << 30 && value == std::floor(value)))
+      throw bad_input(fmt::format("`{}` is no whole number", words[at]), where,
+                      std::string(kExportAgain));
+    return static_cast<int>(value);
+  }
+};
+
+/// Lines of a COLMAP text except comments.
+std::vector<Words> lines_of_text(const fs::path& file) {
   std::istringstream in(read_text(file));
-  std::vector<std::pair<int, std::string>> lines;
+  std::vector<Words> lines;
   int number = 0;
-  for (std::string line; std::getline(in, line);)
-    if (++number; !line.starts_with('#')) lines.emplace_back(number, line);
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.starts_with('#')) continue;
+    std::istringstream words(line);
+    lines.push_back(
+        {{std::istream_iterator<std::string>(words), {}}, {.file = file.string(), .line = number}});
+  }
   return lines;
 }
 
@@ -994,25 +1228,26 @@ const std::map<std::string, ColmapLens>& colmap_lenses() {
   return kLenses;
 }
 
-CameraModel colmap_model(std::istringstream& words, const Where& where) {
-  std::string name;
-  CameraModel model;
-  words >> name >> model.width_px >> model.height_px;
+CameraModel colmap_model(const Words& line) {
+  const std::string name = line.words.size() > 1 ? line.words[1] : "";
   const auto known = colmap_lenses().find(name);
   if (known == colmap_lenses().end())
-    throw bad_input(fmt::format("the lens is `{}`, not Brown's", printable(name)), where,
+    throw bad_input(fmt::format("the lens is `{}`, not Brown's", printable(name)), line.where,
                     std::string(kCalibrateAgain));
-  const std::vector<double> p{std::istream_iterator<double>(words), {}};
-  if (!words.eof() || p.size() != known->second.parameters)
-    throw bad_input(
-        fmt::format("{} has {} numbers, not {}", name, known->second.parameters, p.size()), where,
-        "export the model as text again");
+  const auto& [parameters, places] = known->second;
+  CameraModel model;
+  model.width_px = line.whole(2), model.height_px = line.whole(3);
+  std::vector<double> p;
+  for (std::size_t i = 4; i < line.words.size(); ++i) p.push_back(line.number(i));
+  if (p.size() != parameters)
+    throw bad_input(fmt::format("{} has {} numbers, not {}", name, parameters, p.size()),
+                    line.where, std::string(kExportAgain));
   std::array<double, 9> v{};
   for (std::size_t i = 0; i < 9; ++i)
-    if (const int at = known->second.places[i]; at >= 0) v[i] = p[static_cast<std::size_t>(at)];
+    if (const int at = places[i]; at >= 0) v[i] = p[static_cast<std::size_t>(at)];
   for (std::size_t i = 9; i < p.size(); ++i)
     if (p[i] != 0)
-      throw bad_input("more than Brown's five terms are used", where,
+      throw bad_input("more than Brown's five terms are used", line.where,
                       "calibrate with the model OPENCV");
   constexpr double kHalfPixel = 0.5;  // COLMAP's corner pixel has its centre at (0.5, 0.5)
   model.lens =
@@ -1020,50 +1255,42 @@ CameraModel colmap_model(std::istringstream& words, const Where& where) {
   return model;
 }
 
-std::vector<Camera> cameras_of_colmap(const fs::path& given, std::optional<double> unit_m) {
-  const fs::path& lenses = given;
-  const fs::path images = given.parent_path() / "images.txt";
+std::vector<Camera> cameras_of_colmap(const fs::path& lenses, std::optional<double> unit_m) {
   if (!unit_m)
     throw usage_error("COLMAP's lengths have no unit",
                       "give --unit-mm, 1000 for a model that drapebench wrote");
   std::map<int, CameraModel> models;
-  for (const auto& [number, line] : lines_of_text(lenses)) {
-    std::istringstream words(line);
-    int id = 0;
-    if (!(words >> id)) continue;
-    const Where where{.file = lenses.string(), .line = number};
-    if (!models.emplace(id, colmap_model(words, where)).second)
-      throw bad_input("a camera twice", where, "export the model as text again");
-  }
+  for (const Words& line : lines_of_text(lenses))
+    if (!line.words.empty() && !models.emplace(line.whole(0), colmap_model(line)).second)
+      throw bad_input("a camera twice", line.where, std::string(kExportAgain));
   std::vector<Camera> cameras;
-  const auto lines = lines_of_text(images);
+  const auto lines = lines_of_text(lenses.parent_path() / "images.txt");
+  std::set<int> images;
   for (std::size_t i = 0; i < lines.size(); i += 2) {  // each image's second line has its points
-    const Where where{.file = images.string(), .line = lines[i].first};
-    std::istringstream words(lines[i].second);
-    std::array<double, 7> v{};
-    int id = 0, camera_id = 0;
-    std::string name;
-    words >> id;
-    for (double& value : v) words >> value;
-    if (!(words >> camera_id >> std::ws) || !std::getline(words, name)) {
-      if (lines[i].second.find_first_not_of(" \t\r") == std::string::npos && i + 1 == lines.size())
-        break;
-      throw bad_input("not IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", where,
-                      "export the model as text again");
-    }
-    const Eigen::Vector4d q(v[0], v[1], v[2], v[3]);
+    const Words& line = lines[i];
+    if (line.words.empty() && i + 1 == lines.size()) break;
+    if (line.words.size() < 10)
+      throw bad_input("not IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", line.where,
+                      std::string(kExportAgain));
+    if (!images.insert(line.whole(0)).second)
+      throw bad_input("an image twice", line.where, std::string(kExportAgain));
+    const Eigen::Quaterniond q(line.number(1), line.number(2), line.number(3), line.number(4));
     if (!(std::abs(q.norm() - 1) < 1e-4))
-      throw bad_input(fmt::format("the quaternion has the length {:g}, not 1", q.norm()), where,
-                      "export the model as text again");
-    if (!models.contains(camera_id))
-      throw bad_input(fmt::format("camera {} is not in cameras.txt", camera_id), where,
-                      "export the model as text again");
+      throw bad_input(fmt::format("the quaternion has the length {:g}, not 1", q.norm()),
+                      line.where, std::string(kExportAgain));
+    const auto model = models.find(line.whole(8));
+    if (model == models.end())
+      throw bad_input(fmt::format("camera {} is not in cameras.txt", line.words[8]), line.where,
+                      std::string(kExportAgain));
     Camera camera;
-    camera.model = models.at(camera_id);
+    camera.model = model->second;
     camera.cam_from_world = {
-        Eigen::Quaterniond(v[0], v[1], v[2], v[3]).normalized().toRotationMatrix(),
-        *unit_m * Eigen::Vector3d(v[4], v[5], v[6])};
-    camera.name = fs::path(name.substr(0, name.find_last_not_of("\r ") + 1)).stem().string();
+        q.normalized().toRotationMatrix(),
+        *unit_m * Eigen::Vector3d(line.number(5), line.number(6), line.number(7))};
+    camera.name =
+        fs::path(fmt::format("{}", fmt::join(line.words.begin() + 9, line.words.end(), " ")))
+            .stem()
+            .string();
     cameras.push_back(std::move(camera));
   }
   return cameras;

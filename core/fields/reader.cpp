@@ -7,6 +7,7 @@
 
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
+#include "core/files/number_range.hpp"
 #include "core/program/words.hpp"
 
 namespace drape {
@@ -181,8 +182,9 @@ class Reader : public Fields {
 
   /// Refuses a number that is not finite or out of its range.
   bool is_in_range(const Field& field, double value, const char* number) {
-    if (!std::isfinite(value)) {
-      wrong_kind(field, "a finite number");
+    if (!(std::abs(value) <= largest_number)) {
+      wrong_kind(field, std::isfinite(value) ? fmt::format("a number up to {:g}", largest_number)
+                                             : std::string("a finite number"));
       return false;
     }
     if (value >= field.least && value <= field.most) return true;
@@ -230,7 +232,9 @@ class Reader : public Fields {
     const Value* value = need(field);
     const auto* found = value == nullptr ? nullptr : value->get_if<std::string>();
     if (value != nullptr && found == nullptr) wrong_kind(field, "a text");
-    return found;
+    if (found == nullptr || found->size() <= largest_text) return found;
+    wrong_kind(field, fmt::format("a text of at most {} bytes", largest_text));
+    return nullptr;
   }
 
   void text(const Field& field, std::string& result) override {
@@ -294,7 +298,7 @@ class Reader : public Fields {
       if (cols != 1 && cells == nullptr) return refuse();
       for (Eigen::Index col = 0; col < cols; ++col) {
         const Value& cell = cells == nullptr ? item : (*cells)[static_cast<std::size_t>(col)];
-        if (!cell.is_number() || !std::isfinite(cell.number())) return refuse();
+        if (!cell.is_number() || !(std::abs(cell.number()) <= largest_number)) return refuse();
         if (!is_in_range(field, cell.number(), "number")) return;
         first[row + col * rows] = cell.number() * field.unit;
       }

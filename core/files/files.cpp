@@ -19,6 +19,7 @@
 
 #include "core/fields/records.hpp"
 #include "core/files/json_file.hpp"
+#include "core/files/number_range.hpp"
 
 namespace drape {
 namespace {
@@ -358,21 +359,24 @@ std::string trimmed(const std::string& text) {
 
 std::vector<std::string> cells_of(const std::string& line, const Where& where) {
   std::vector<std::string> cells(1);
-  bool quoted = false, was_quoted = false;
+  bool quoted = false, was_quoted = false, is_blank = true;
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (line[i] == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') {
       cells.back() += line[++i];
-    } else if (line[i] == '"' && (quoted || trimmed(cells.back()).empty())) {
+      is_blank = false;
+    } else if (line[i] == '"' && (quoted || is_blank)) {
       quoted = !quoted;
       was_quoted = true;
     } else if (line[i] == ',' && !quoted) {
       if (!was_quoted) cells.back() = trimmed(cells.back());
       was_quoted = false;
+      is_blank = true;
       if (cells.size() == kMostColumns)
         throw bad_input(fmt::format("more than {} cells", kMostColumns), where, "remove some");
       cells.emplace_back();
     } else {
       cells.back() += line[i];
+      is_blank = is_blank && std::string_view(" \t\r").find(line[i]) != std::string_view::npos;
     }
   }
   if (quoted) throw bad_input("a quote does not end on its line", where, "close it");
@@ -383,9 +387,12 @@ std::vector<std::string> cells_of(const std::string& line, const Where& where) {
 double number_of(const std::string& cell, const Where& where) {
   double value = 0;
   const auto [end, failed] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (failed != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value))
-    throw bad_input(fmt::format("`{}` is not a finite number", cell), where,
-                    "give a decimal number such as 0.25, without unit");
+  const bool is_number =
+      failed == std::errc() && end == cell.data() + cell.size() && std::isfinite(value);
+  if (!is_number || std::abs(value) > largest_number)
+    throw bad_input(
+        fmt::format("`{}` is {}", cell, is_number ? "too large" : "not a finite number"), where,
+        "give a decimal number such as 0.25, without unit");
   return value;
 }
 

@@ -542,6 +542,8 @@ class SvgReader {
     require_shown(node);
     const Affine2d here = depth == 0 ? outer : outer * transform_of(node);
     for (const pugi::xml_node& child : node.children()) {
+      if (child.type() == pugi::node_pcdata)
+        refuse(node, "a text stands between its shapes", "save the drawing again");
       if (child.type() != pugi::node_element) continue;
       const std::string name = child.name();
       // Editors store their settings in elements with a namespace prefix.

@@ -90,15 +90,17 @@ fs::path make_log(const fs::path& folder) {
 std::vector<Kind> image_kinds() {
   return {
       {"image_png", picture_as(".png"), import_picture},
-      {"image_jpeg", picture_as(".jpg"), import_picture},
+      // JPEG has no checksum.
+      {"image_jpeg", picture_as(".jpg"), import_picture, true, "."},
       {"image_tiff", picture_as(".tiff"), import_picture},
       {"picture_png", picture_as(".png"), show_picture},
-      {"picture_jpeg", picture_as(".jpg"), show_picture, false},
+      {"picture_jpeg", picture_as(".jpg"), show_picture, false, "."},
       {"picture_tiff", picture_as(".tiff"), show_picture},
       {"cameras", make_cameras,
        [](const fs::path& f) { static_cast<void>(capture::read_cameras_file(f.parent_path())); }},
-      {"journal", make_journal, take_over},
-      {"session_log", make_log, [](const fs::path& f) { console::SessionLog{f}; }, false},
+      // A torn line is that of a program that was killed.
+      {"journal", make_journal, take_over, true, "."},
+      {"session_log", make_log, [](const fs::path& f) { console::SessionLog{f}; }, false, "."},
   };
 }
 

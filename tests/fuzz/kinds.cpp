@@ -24,14 +24,15 @@ Kind kind_of(const DescribedFormat& format) {
             const Document document = Document::read(path);
             require_format(document, format.format);
             throw_if_any(format.faults(document));
-          }};
+          },
+          true, R"(out of range: +"\w+": \d+,?\s)"};  // counts have no limit
 }
 
 }  // namespace
 
 std::vector<Kind> all_kinds() {
   std::vector<Kind> all = core_kinds();
-  for (const auto& more : {stage_kinds(), image_kinds(), result_kinds()})
+  for (const auto& more : {stage_kinds(), image_kinds(), result_kinds(), foreign_kinds()})
     all.insert(all.end(), more.begin(), more.end());
   for (const DescribedFormat& format : all_formats()) {
     const Kind kind = kind_of(format);

@@ -19,6 +19,8 @@ struct Kind {
   std::function<std::filesystem::path(const std::filesystem::path& folder)> make;
   std::function<void(const std::filesystem::path& file)> read;
   bool refuses = true;  ///< false if errors are skipped, or read as out of date
+  /// Regular expression of the faults that nobody can tell, each as "kind: line before it".
+  std::string free = "$^";
 };
 
 [[nodiscard]] std::vector<Kind> core_kinds();
@@ -27,6 +29,8 @@ struct Kind {
 [[nodiscard]] std::vector<Kind> image_kinds();
 /// Files written by comparisons and studies, tables of people, and the store.
 [[nodiscard]] std::vector<Kind> result_kinds();
+/// Calibrations and points of other programs, and folders of pictures.
+[[nodiscard]] std::vector<Kind> foreign_kinds();
 [[nodiscard]] std::vector<Kind> all_kinds();
 
 /// 2 x 2 marks, two of them measured.

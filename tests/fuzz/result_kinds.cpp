@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 /// Writes a row of radii in mm every 10 degrees.
 fs::path make_radii(const fs::path& folder) {
-  std::string names = "fabric,sample,face,repeat,disc_mm", values = "1,1,1,1,180";
+  std::string names = "fabric,sample,face,repeat,disc_mm", values = "wool,a,front,b,180";
   for (int degrees = 0; degrees < 360; degrees += 10) {
     names += fmt::format(",r{:03}", degrees);
     values += fmt::format(",{}", 100 + degrees % 40);
@@ -97,7 +97,7 @@ fs::path make_plate(const fs::path& folder) {
 
 std::vector<Kind> result_kinds() {
   return {
-      {"radii", make_radii, read_radii},
+      {"radii", make_radii, read_radii, true, "dropped"},  // the disc may be known otherwise
       {"silhouette", make_silhouette,
        [](const fs::path& f) { static_cast<void>(compare::read_silhouette(f)); }},
       {"plan", make_plan,
@@ -111,7 +111,8 @@ std::vector<Kind> result_kinds() {
        },
        [](const fs::path& f) { static_cast<void>(simulate::read_cloth_shape(f)); }},
       {"plate", make_plate, [](const fs::path& f) { static_cast<void>(read_target(f)); }},
-      {"store", make_store, read_store},
+      // Pages hold unused bytes; `verify` names what was altered.
+      {"store", make_store, read_store, true, "."},
   };
 }
 
