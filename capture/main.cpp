@@ -119,7 +119,7 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_
   ending.numbers.emplace_back("sets", fmt::format("{}", fmt::join(stored.sets, ", ")));
   if (stored.averaged > 0)
     ending.numbers.emplace_back("averaged", fmt::format("{} frames", stored.averaged));
-  ending.numbers.emplace_back("sync", to_string(report.method));
+  ending.numbers.emplace_back("sync", name_of(report.method));
   if (report.paired_by == PairedBy::arrival)
     ending.numbers.emplace_back("paired by", "arrival: the spread of a set is not known");
   if (!stored.spread_bounds_s.empty())
@@ -647,7 +647,7 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
   ending.verdict = fmt::format("{} sets stored in {}", desk.stored,
                                (command.storing.folder / "recording.json").string());
   ending.numbers.emplace_back("refused", fmt::format("{}", desk.refused));
-  ending.numbers.emplace_back("sync", to_string(live.report.method));
+  ending.numbers.emplace_back("sync", name_of(live.report.method));
   add_adopted(desk.journal, ending);
   for (const LiveFault& fault : live.report.faults) ending.rejected.push_back(line_of(fault));
   ending.next_command =

@@ -81,9 +81,7 @@ void SettingsWriter::note(std::string name, std::string value) {
 }
 
 void SettingsWriter::apply(std::string_view name, const std::optional<SettingPort>& port) {
-  const NumberSetting& setting =
-      *std::find_if(std::begin(kNumbers), std::end(kNumbers),
-                    [&](const NumberSetting& one) { return one.name == name; });
+  const NumberSetting& setting = *std::ranges::find(kNumbers, name, &NumberSetting::name);
   const std::optional<double> wanted = setting.of(wanted_);
   if (!port) {
     if (!wanted) return;

@@ -392,7 +392,7 @@ Checks check_capture(const Evidence& evidence) {
   const bool whole = !live.pairing.sets.empty();
   Check set{"a set of all cameras", whole,
             fmt::format("{} of {} whole, by {}", live.pairing.sets.size(), evidence.wanted,
-                        to_string(live.report.method)),
+                        name_of(live.report.method)),
             "see the cameras below"};
   std::optional<double> spread_s;
   for (const PairedFrames& one : live.pairing.sets)

@@ -89,10 +89,6 @@ void fields(Fields& f, CamerasFile& file) {
   f({"camera", "one table per camera of the rig"}, file.cameras);
 }
 
-std::string to_string(SyncMethod method) {
-  return std::string(name_of(method));
-}
-
 TriggerSource trigger_of(SyncMethod method) {
   using enum TriggerSource;
   constexpr TriggerSource kSources[] = {free_run, software, line, action, action};  // by method

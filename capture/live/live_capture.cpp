@@ -327,7 +327,7 @@ class Session {
                     refused->what_to_do);
       report_.why_fallen_back +=
           fmt::format("{}{}: camera `{}`: {}", report_.why_fallen_back.empty() ? "" : "; ",
-                      to_string(methods[i]), refused->camera, refused->what);
+                      name_of(methods[i]), refused->camera, refused->what);
     }
   }
 
@@ -410,7 +410,7 @@ class Session {
       Running& r = running_[c];
       if (r.host->fault()) return LiveFault{name(c), *r.host->fault(), r.host->what_to_do()};
       if (r.newest < 0)
-        return LiveFault{name(c), fmt::format("it answers no {}", to_string(report_.method)),
+        return LiveFault{name(c), fmt::format("it answers no {}", name_of(report_.method)),
                          remedy_for_silence(*r.host) + "; or try another sync method"};
       r.counted = Running::Counted{r.newest, -1};
       r.complete = 0;
@@ -996,9 +996,8 @@ class Session {
     const PairingResult pairing = pair(all);
     give_out(pairing, true);
     std::vector<FrameMark> kept;
-    const auto wanted = static_cast<std::size_t>(options_.frames);
-    const auto counted = by_trigger() ? every_frame(all) : frames_of_sets(all, pairing, wanted);
-    for (const std::size_t i : counted) {
+    const auto wanted = static_cast<std::size_t>(by_trigger() ? 0 : options_.frames);
+    for (const std::size_t i : frames_of_sets(all, pairing, wanted)) {
       Arrival& a = arrivals_[i];
       kept.push_back(all[i]);
       kept.back().settled = a.settled;

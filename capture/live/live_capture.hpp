@@ -19,7 +19,6 @@ namespace drape::capture {
 /// Methods to make cameras expose together, in ascending order of quality.
 enum class SyncMethod { free_run, software_trigger, line_trigger, action, scheduled_action };
 
-[[nodiscard]] std::string to_string(SyncMethod method);
 [[nodiscard]] TriggerSource trigger_of(SyncMethod method);
 
 struct LiveCamera {

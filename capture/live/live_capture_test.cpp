@@ -349,7 +349,7 @@ class Triggered : public test::CameraTest, public testing::WithParamInterface<Sy
 INSTANTIATE_TEST_SUITE_P(Methods, Triggered,
                          testing::Values(SyncMethod::software_trigger, SyncMethod::action,
                                          SyncMethod::scheduled_action),
-                         [](const auto& p) { return to_string(p.param); });
+                         [](const auto& p) { return std::string(name_of(p.param)); });
 
 /// The outage is too short for a heartbeat to be missed.
 TEST_P(Triggered, ACameraWithoutPowerForAMomentIsNoticedAndBack) {
@@ -436,7 +436,7 @@ TEST_P(EverySync, GivesWholeSetsOfOneInstant) {
   std::vector<double> spreads_s;
   for (const PairedFrames& set : live.pairing.sets) spreads_s.push_back(set.spread_s.value());
   std::sort(spreads_s.begin(), spreads_s.end());
-  std::printf("%s: spread p50 %.3f ms, max %.3f ms\n", to_string(GetParam()).c_str(),
+  std::printf("%s: spread p50 %.3f ms, max %.3f ms\n", std::string(name_of(GetParam())).c_str(),
               1e3 * spreads_s[5], 1e3 * spreads_s.back());
   for (const CameraLedger& ledger : live.pairing.cameras) {
     EXPECT_EQ(ledger.expected, 10);
@@ -448,7 +448,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, EverySync,
                          testing::Values(SyncMethod::free_run, SyncMethod::software_trigger,
                                          SyncMethod::line_trigger, SyncMethod::action,
                                          SyncMethod::scheduled_action),
-                         [](const auto& method) { return to_string(method.param); });
+                         [](const auto& method) { return std::string(name_of(method.param)); });
 
 /// The ledger equals the emulators' logs: with 0 to 5 % of packets lost and frames never sent.
 TEST_F(LiveCapture, TheLedgerIsThatOfTheCameras) {

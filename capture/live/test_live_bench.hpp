@@ -17,7 +17,7 @@
 namespace drape::capture {
 
 inline void PrintTo(SyncMethod method, std::ostream* out) {
-  *out << to_string(method);
+  *out << name_of(method);
 }
 
 }  // namespace drape::capture

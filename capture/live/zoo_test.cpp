@@ -106,7 +106,7 @@ TEST_F(Debian, OneCameraNeedsNoPartner) {
 TEST_F(Debian, WhatItCannotDoIsNamed) {
   for (const SyncMethod method :
        {SyncMethod::line_trigger, SyncMethod::action, SyncMethod::scheduled_action}) {
-    SCOPED_TRACE(to_string(method));
+    SCOPED_TRACE(name_of(method));
     devices_.clear();
     file_ = {};
     set_up(1, method);
@@ -205,7 +205,7 @@ TEST_P(Zoo, GivesWhatWasSentOrSaysWhyNot) {
     const SyncMethod method = kMethods[m];
     const std::string refusal = expected_refusal(personality, method);
     const ZooOutcome outcome = run(personality, method);
-    SCOPED_TRACE(fmt::format("{} by {}: {}", personality.name, to_string(method), outcome.said));
+    SCOPED_TRACE(fmt::format("{} by {}: {}", personality.name, name_of(method), outcome.said));
     if (refusal.empty()) {
       EXPECT_EQ(outcome.sets, kSets);
       EXPECT_EQ(outcome.wrong, 0);

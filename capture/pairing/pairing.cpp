@@ -387,23 +387,17 @@ PairingResult pair_frames(const std::vector<FrameMark>& frames, const PairingOpt
 
 std::vector<std::size_t> frames_of_sets(const std::vector<FrameMark>& frames,
                                         const PairingResult& pairing, std::size_t most) {
-  if (pairing.sets.empty() || most == 0) return every_frame(frames);
+  std::vector<std::size_t> kept(frames.size());
+  std::iota(kept.begin(), kept.end(), std::size_t{0});
+  if (pairing.sets.empty() || most == 0) return kept;
   const PairedFrames& first = pairing.sets.front();
   const PairedFrames& last = pairing.sets[std::min(pairing.sets.size(), most) - 1];
-  std::vector<std::size_t> kept;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
+  std::erase_if(kept, [&](std::size_t i) {
     const std::size_t c = frames[i].camera;
-    if (frames[i].index >= frames[first.frames[c]].index &&
-        frames[i].index <= frames[last.frames[c]].index)
-      kept.push_back(i);
-  }
+    return frames[i].index < frames[first.frames[c]].index ||
+           frames[i].index > frames[last.frames[c]].index;
+  });
   return kept;
-}
-
-std::vector<std::size_t> every_frame(const std::vector<FrameMark>& frames) {
-  std::vector<std::size_t> all(frames.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  return all;
 }
 
 std::optional<std::int64_t> trigger_of(double time_s, const std::vector<double>& trigger_time_s,

@@ -160,14 +160,11 @@ struct PairingResult {
                                         const PairingOptions& options);
 
 /// Input indices of all cameras' frames from the first set to the last of at most `most` sets; of
-/// all frames without a set. Free-running cameras do not start and stop together, so only frames
-/// between their sets count as requested.
+/// all frames without a set, or if `most` is 0. Free-running cameras do not start and stop
+/// together, so only frames between their sets count as requested.
 [[nodiscard]] std::vector<std::size_t> frames_of_sets(const std::vector<FrameMark>& frames,
                                                       const PairingResult& pairing,
                                                       std::size_t most);
-
-/// Input indices of all frames.
-[[nodiscard]] std::vector<std::size_t> every_frame(const std::vector<FrameMark>& frames);
 
 /// Trigger answered by a frame: the last one at or before `time_s + early_s`, if the frame came at
 /// most `latest_s` after it. nullopt if none fits. `trigger_time_s` ascends.

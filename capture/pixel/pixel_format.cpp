@@ -172,14 +172,12 @@ std::span<const PixelFormat> pixel_formats() {
 const PixelFormat* find_pixel_format(std::string_view name) {
   for (const auto& [other, usual] : kOtherNames)
     if (name == other) name = usual;
-  const auto* found = std::find_if(std::begin(kFormats), std::end(kFormats),
-                                   [&](const PixelFormat& f) { return f.name == name; });
+  const auto* found = std::ranges::find(kFormats, name, &PixelFormat::name);
   return found == std::end(kFormats) ? nullptr : found;
 }
 
 const PixelFormat* find_pixel_format(std::uint32_t code) {
-  const auto* found = std::find_if(std::begin(kFormats), std::end(kFormats),
-                                   [&](const PixelFormat& f) { return f.code == code; });
+  const auto* found = std::ranges::find(kFormats, code, &PixelFormat::code);
   return found == std::end(kFormats) ? nullptr : found;
 }
 
