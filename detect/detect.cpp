@@ -696,6 +696,32 @@ std::string tags_elsewhere(const PrintPlane& plane, const std::vector<TagDetecti
   return {};
 }
 
+std::string other_tag_size(const PrintPlane& plane, const std::vector<TagDetection>& tags,
+                           const std::string& file) {
+  constexpr double kMost = 0.1;
+  constexpr std::size_t kFewest = 6;
+  if (tags.size() < kFewest) return {};
+  std::vector<double> ratios;
+  for (const TagDetection& tag : tags) {
+    const auto step_m = [&](const TagDetection& other) -> Vector2d {
+      return plane.tags.at(other.id) - plane.tags.at(tag.id);
+    };
+    const TagDetection* next = nullptr;
+    for (const TagDetection& other : tags)
+      if (other.id != tag.id && (next == nullptr || step_m(other).norm() < step_m(*next).norm()))
+        next = &other;
+    if (next == nullptr) return {};
+    const TagMap here = map_of(plane, tag), there = map_of(plane, *next);
+    const Vector2d expected_px = 0.5 * (here.px_per_m + there.px_per_m) * step_m(*next);
+    ratios.push_back((there.centre_px - here.centre_px).norm() / expected_px.norm());
+  }
+  const double ratio = median(std::move(ratios));
+  if (std::abs(ratio - 1) <= kMost) return {};
+  return fmt::format(
+      "the tags are {:.2f} mm wide where pitch_mm is {:g}, tags.edge_mm in {} is {:g}",
+      plane.tag_edge_m / ratio / mm, plane.pitch_m / mm, file, plane.tag_edge_m / mm);
+}
+
 void DetectOptions::check() const {
   if (sets.empty())
     throw usage_error("no frame set is given", "name at least one, e.g. --sets drape_A");
@@ -737,8 +763,10 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   std::vector<PictureQuality> qualities;
   std::vector<double> blurs_px;
   for (Output& output : outputs) {
-    const std::string why = tags_elsewhere(surface.plane, output.frame.tags, surface.file.string(),
-                                           tag_keys_of(surface));
+    std::string why = tags_elsewhere(surface.plane, output.frame.tags, surface.file.string(),
+                                     tag_keys_of(surface));
+    if (why.empty() && !surface.board)
+      why = other_tag_size(surface.plane, output.frame.tags, surface.file.string());
     if (!why.empty()) withdraw_labels(output.frame);
     blame_print(output.frame, why, result);
     qualities.push_back(output.quality);

@@ -146,6 +146,12 @@ struct PictureQuality {
 [[nodiscard]] std::string tags_elsewhere(const PrintPlane& plane,
                                          const std::vector<TagDetection>& tags,
                                          const std::string& file, const std::string& keys);
+/// Explains that the tags in a picture have another size beside their distances than on the print,
+/// by more than a tenth in the median over each tag and the one nearest to it; empty if not, or
+/// with fewer than six tags. `file` is the print's or the target's.
+[[nodiscard]] std::string other_tag_size(const PrintPlane& plane,
+                                         const std::vector<TagDetection>& tags,
+                                         const std::string& file);
 
 /// Stem of the files that belong to one picture: set and camera with an underscore between them; a
 /// camera whose name has one is parted by a comma, which no name holds, so that two pictures never

@@ -586,6 +586,24 @@ TEST(TagPlaces, WhatThePrintHasElsewhereIsNamed) {
       << "one tag may be misread";
 }
 
+TEST(TagSize, IsMeasuredAndAnotherOneIsNamed) {
+  const std::vector<TagDetection> seen = frame_of(picture_of({}), small_print(), "cam0").tags;
+  const auto why = [&](double factor) {
+    Print print = small_print();
+    print.tag_edge_m *= factor;
+    return other_tag_size(plane_of(print), seen, "print.toml");
+  };
+  for (const double factor : {0.93, 1.0, 1.07}) EXPECT_EQ(why(factor), "") << factor;
+  for (const double factor : {0.7, 0.87, 1.15, 1.4})
+    EXPECT_THAT(why(factor),
+                AllOf(HasSubstr("the tags are "), HasSubstr("tags.edge_mm in print.toml")))
+        << factor;
+  Print print = small_print();
+  print.tag_edge_m = 9 * mm;
+  EXPECT_EQ(other_tag_size(plane_of(print), {seen.begin(), seen.begin() + 5}, "print.toml"), "")
+      << "five tags";
+}
+
 // ----
 // drape-detect refuses unwritable output before reading a frame.
 
