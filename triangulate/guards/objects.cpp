@@ -953,6 +953,25 @@ ObjectSuggestion suggested_object(const SeenCloth& seen, const Scene& scene, std
   return {{}, "measure it again (in mm), or look whether the scene is that of another drape"};
 }
 
+namespace {
+
+/// Kind of another body of the same height in an object's place that the guard does not name; null
+/// if it names all: a ball for a box, a cube of any turn for a ball.
+const char* unseen_kind(const Guard& guard, const Obstacle& object) {
+  if (const auto* box = std::get_if<Box>(&object))
+    return guard.names(Sphere{box->world_from_box.translation_m, 0.5 * box->size_m.z()}) ? nullptr
+                                                                                         : "ball";
+  const auto& ball = std::get<Sphere>(object);
+  Box cube;
+  cube.world_from_box.translation_m = ball.centre_in_world;
+  cube.size_m = Vector3d::Constant(2 * ball.radius_m);
+  for (int turn_deg = 0; turn_deg < 90; turn_deg += 10)
+    if (!guard.names(turned(cube, turn_deg * deg))) return "cube";
+  return nullptr;
+}
+
+}  // namespace
+
 std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene) {
   std::vector<Unseen> unseen;
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
@@ -994,6 +1013,8 @@ std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene) 
               guard.text({wider(*box, "too large along x", 0), wider(*box, "too large along y", 1)},
                          half_mm, "error of its width", "mm") +
               "; a width stated too small would not be seen, for cloth need not touch the sides";
+    if (const char* other = unseen_kind(guard, object))
+      text += fmt::format("; a {} as high in its place would not be seen", other);
     unseen.push_back(
         {fmt::format("object {}", i + 1), text + "; a plate of tags measures it (drape object)"});
   }
