@@ -90,8 +90,7 @@ std::vector<std::string> names_that_calibrated(const Detections& tested,
                                                const Calibration& calibration) {
   std::vector<std::string> names = sets_of(tested);
   std::erase_if(names, [&](const std::string& set) {
-    return std::find(calibration.sets.begin(), calibration.sets.end(), set) ==
-           calibration.sets.end();
+    return std::ranges::find(calibration.sets, set) == calibration.sets.end();
   });
   return names;
 }
@@ -377,8 +376,7 @@ void fields(Fields& f, AcceptanceOptions& o) {
 }
 
 bool Acceptance::good() const {
-  return cause.empty() &&
-         std::all_of(figures.begin(), figures.end(), [](const AcceptanceFigure& figure) {
+  return cause.empty() && std::ranges::all_of(figures, [](const AcceptanceFigure& figure) {
            return figure.good() || figure.informs ||
                   (figure.may_lack && !figure.not_measured.empty());
          });
@@ -427,10 +425,10 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
   if (options.own_target) covariance = without_print_scale(covariance, calibration, print);
   const Draws draws(covariance, options.draws);
   // Five figures, growth and bow of the plate, and a motion for each camera.
-  FigureContext context;
-  context.draws = &draws;
-  context.false_no_go = options.false_no_go / (7 + static_cast<double>(calibration.cameras.size()));
-  context.scale_uncertainty = options.own_target ? 0 : print;
+  FigureContext context{
+      .draws = &draws,
+      .false_no_go = options.false_no_go / (7 + static_cast<double>(calibration.cameras.size())),
+      .scale_uncertainty = options.own_target ? 0 : print};
   const Changes changes =
       changes_since(centres, calibration, plate, positions, draws.root(),
                     {context.scale_uncertainty, options.bow_sd_mm}, context.false_no_go);

@@ -60,19 +60,19 @@ struct AcceptanceInput {
 /// One figure of merit. Conformity is proven if value plus U stays within the limit (ISO
 /// 14253-1).
 struct AcceptanceFigure {
-  std::string name, where;  ///< e.g. "length error", "set pose_03, (0, 0) to (8, 11)"
-  std::string unit;
+  std::string name = {}, where = {};  ///< e.g. "length error", "set pose_03, (0, 0) to (8, 11)"
+  std::string unit = {};
   double value = 0;     ///< largest absolute value found
   double expanded = 0;  ///< expanded uncertainty U: 95 % of faultless instruments stay within it
   double limit = 0;     ///< maximum permissible error
   bool limit_stated = false;  ///< true if given by the operator, else derived from uncertainties
-  std::string not_measured;   ///< why there is no value, with the remedy; empty if there is one
-  bool may_lack = false;      ///< true if acceptance is possible without this figure
-  bool informs = false;       ///< exceeding the limit only warns, see AcceptanceOptions
+  std::string not_measured = {};  ///< why there is no value, with the remedy; empty if there is one
+  bool may_lack = false;          ///< true if acceptance is possible without this figure
+  bool informs = false;           ///< exceeding the limit only warns, see AcceptanceOptions
   /// Smallest fault that 95 of 100 tests detect, with its unit.
   double smallest = 0;
-  std::string smallest_unit;
-  std::string cause;  ///< sentence about the fault, if the figure indicates a single one
+  std::string smallest_unit = {};
+  std::string cause = {};  ///< sentence about the fault, if the figure indicates a single one
 
   [[nodiscard]] bool good() const { return not_measured.empty() && value + expanded <= limit; }
 };

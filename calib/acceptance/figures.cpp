@@ -111,14 +111,10 @@ MatrixXd root_of(const MatrixXd& covariance) {
 /// distribution with the mean and standard deviation of the draws (Gumbel 1958).
 Faultless faultless_of(std::vector<double> draws, double false_no_go) {
   const auto n = static_cast<double>(draws.size());
-  double sum = 0, squares = 0;
-  for (const double value : draws) sum += value;
-  const double mean = sum / n;
-  for (const double value : draws) squares += (value - mean) * (value - mean);
-  const double scale = std::sqrt(6 * squares / n) / std::numbers::pi;
+  const double scale = std::sqrt(6 * squares_about_mean(draws) / n) / std::numbers::pi;
   const auto place = static_cast<std::size_t>(std::min(kCoverage * n, n - 1));
+  const double mode = mean_of(draws) - std::numbers::egamma * scale;
   const double covered = order_statistic(std::move(draws), place);
-  const double mode = mean - std::numbers::egamma * scale;
   return {covered, std::max(covered, mode - scale * std::log(-std::log1p(-false_no_go)))};
 }
 
@@ -217,12 +213,9 @@ std::optional<Evidence> evidence_of(const Position& position, const Detections& 
   const MatrixXd coupling = pose.transpose() * others;
   const MatrixXd taken = factor.solve(coupling);
   const VectorXd by_pose = pose.transpose() * r;
-  Evidence evidence;
-  evidence.information = others.transpose() * others - coupling.transpose() * taken;
-  evidence.score = others.transpose() * r - taken.transpose() * by_pose;
-  evidence.squares = r.squaredNorm() - by_pose.dot(factor.solve(by_pose));
-  evidence.rows = at - kPose;
-  return evidence;
+  return Evidence{others.transpose() * others - coupling.transpose() * taken,
+                  others.transpose() * r - taken.transpose() * by_pose,
+                  r.squaredNorm() - by_pose.dot(factor.solve(by_pose)), at - kPose};
 }
 
 /// Pseudo-inverse of an information matrix scaled by its diagonal, with the rank.
@@ -234,15 +227,10 @@ Inverse inverse_of(const MatrixXd& information) {
   const VectorXd by =
       information.diagonal().unaryExpr([](double v) { return v > 1e-30 ? 1 / std::sqrt(v) : 0; });
   const SymmetricEigen eigen = symmetric_eigen(by.asDiagonal() * information * by.asDiagonal());
-  Inverse result;
-  VectorXd values = eigen.values;
-  for (Index i = 0; i < values.size(); ++i) {
-    result.rank += values[i] > 1e-9;
-    values[i] = values[i] > 1e-9 ? 1 / values[i] : 0;
-  }
-  result.matrix = by.asDiagonal() * eigen.vectors * values.asDiagonal() *
-                  eigen.vectors.transpose() * by.asDiagonal();
-  return result;
+  const VectorXd values = eigen.values.unaryExpr([](double v) { return v > 1e-9 ? 1 / v : 0; });
+  return {by.asDiagonal() * eigen.vectors * values.asDiagonal() * eigen.vectors.transpose() *
+              by.asDiagonal(),
+          (values.array() > 0).count()};
 }
 
 /// Sums over positions, with the detections' variance enlarged.
@@ -279,12 +267,9 @@ Variance variance_of(const std::vector<Evidence>& all, const Unknowns& unknowns)
     freedom += static_cast<double>(own.rank);
   }
   const auto fitted = static_cast<double>(inverse.rank);
-  Variance variance;
-  variance.points = std::max(1.0, squares / std::max(rows - fitted, 1.0));
-  variance.positions = variance.points;
-  if (freedom > 2 * fitted)
-    variance.positions = std::max(variance.points, scatter / (freedom - fitted));
-  return variance;
+  const double points = std::max(1.0, squares / std::max(rows - fitted, 1.0));
+  const bool enough = freedom > 2 * fitted;
+  return {points, enough ? std::max(points, scatter / (freedom - fitted)) : points};
 }
 
 /// Estimate of a single candidate change, with the calibration errors eliminated (Schur
@@ -325,9 +310,7 @@ double noncentrality(int dof, double chi2_limit) {
 /// freedom.
 AcceptanceFigure figure_of(const std::string& name, const Found& found, double false_no_go) {
   const auto dof = static_cast<int>(found.estimate.size());
-  AcceptanceFigure figure;
-  figure.name = name;
-  figure.unit = "of the stated uncertainty";
+  AcceptanceFigure figure{.name = name, .unit = "of the stated uncertainty"};
   figure.value = std::sqrt(std::max(found.chi2, 0.0) / dof);
   figure.expanded = std::sqrt(chi2_per_dof_beyond(dof, 1 - kCoverage));
   figure.limit = figure.expanded + std::sqrt(chi2_per_dof_beyond(dof, false_no_go));
@@ -340,9 +323,7 @@ double smallest_named(const MatrixXd& information, double lambda) {
 }
 
 AcceptanceFigure growth_figure(const Found& found, double false_no_go) {
-  AcceptanceFigure figure;
-  figure.name = "growth of the plate";
-  figure.unit = "%";
+  AcceptanceFigure figure{.name = "growth of the plate", .unit = "%"};
   figure.value = 100 * std::abs(found.estimate[0]);
   const double sd = 100 / std::sqrt(found.information(0, 0));
   const Faultless faultless = faultless_of_normal(sd, 1, false_no_go);
@@ -471,13 +452,6 @@ RowVectorXd range_of(const MatrixXd& columns) {
   return columns.colwise().maxCoeff() - columns.colwise().minCoeff();
 }
 
-AcceptanceFigure figure_named(const std::string& name, const std::string& unit) {
-  AcceptanceFigure figure;
-  figure.name = name;
-  figure.unit = unit;
-  return figure;
-}
-
 constexpr std::size_t kLeastOfSphere = 12;
 
 struct Ball {
@@ -532,12 +506,10 @@ Detections without_eccentricity(Detections marks, const Calibration& calibration
       if (point == points.end()) continue;
       const Vector3d outward =
           pose.rotation * (point->second.in_world_mm - ball.centre_mm).normalized();
-      DotInCamera dot;
-      dot.centre = pose * (point->second.in_world_mm * mm);
-      dot.axis_u = outward.unitOrthogonal();
-      dot.axis_v = outward.cross(dot.axis_u);
-      dot.radius_m = marks.lattice.dot_diameter_m / 2;
-      dot.curvature_per_m = Eigen::Matrix2d::Identity() / (ball.radius_mm * mm);
+      const Vector3d u = outward.unitOrthogonal();
+      const DotInCamera dot{pose * (point->second.in_world_mm * mm), u, outward.cross(u),
+                            marks.lattice.dot_diameter_m / 2,
+                            Eigen::Matrix2d::Identity() / (ball.radius_mm * mm)};
       if (const auto off = eccentricity_px(own->camera.model, dot)) d.centre_px -= *off;
     }
   }
@@ -634,9 +606,7 @@ Detections without_eccentricity(Detections detections, const Calibration& calibr
   const double radius_m = plate.target.dot_diameter_m / 2;
   if (!(radius_m > 0)) return detections;
   for (FrameDetections& frame : detections.frames) {
-    const auto position =
-        std::find_if(positions.begin(), positions.end(),
-                     [&](const Position& candidate) { return candidate.set == frame.set; });
+    const auto position = std::ranges::find(positions, frame.set, &Position::set);
     const CalibratedCamera* own = calibration.find(frame.camera);
     if (position == positions.end() || own == nullptr) continue;
     const CamFromTarget pose = own->camera.cam_from_world * position->pose;
@@ -767,7 +737,7 @@ std::vector<std::pair<MarkId, MarkId>> lengths_of(const Target& target) {
 
 AcceptanceFigure length_error(const std::vector<Position>& positions, const Plate& plate,
                               const FigureContext& context, const AcceptanceOptions& options) {
-  AcceptanceFigure figure = figure_named("length error", "mm");
+  AcceptanceFigure figure{.name = "length error", .unit = "mm"};
   Largest largest;
   std::vector<const Position*> whole;
   unsigned seed = 0;
@@ -827,7 +797,7 @@ AcceptanceFigure length_error(const std::vector<Position>& positions, const Plat
 
 AcceptanceFigure flatness(const std::vector<Position>& positions, const Plate& plate,
                           const FigureContext& context, const AcceptanceOptions& options) {
-  AcceptanceFigure figure = figure_named("flatness of the plate", "mm");
+  AcceptanceFigure figure{.name = "flatness of the plate", .unit = "mm"};
   Largest largest;
   unsigned seed = 100;
   Eigen::Matrix2Xd bow(2, context.draws->count());
@@ -869,11 +839,9 @@ AcceptanceFigure flatness(const std::vector<Position>& positions, const Plate& p
 
 AcceptanceFigure shift_error(const std::vector<Position>& positions, const Rig& rig,
                              const FigureContext& context, const AcceptanceOptions& options) {
-  AcceptanceFigure figure = figure_named("known shift", "mm");
-  figure.may_lack = true;
+  AcceptanceFigure figure{.name = "known shift", .unit = "mm", .may_lack = true};
   const auto position_of = [&](const std::string& set) {
-    return std::find_if(positions.begin(), positions.end(),
-                        [&](const Position& position) { return position.set == set; });
+    return std::ranges::find(positions, set, &Position::set);
   };
   const auto first = rig.stages.empty() ? positions.end() : position_of(rig.stages.front().set);
   double worst_sd = 0;
@@ -921,9 +889,8 @@ std::vector<AcceptanceFigure> sphere_figures(const AcceptanceInput& input,
                                              const Calibration& calibration,
                                              const FigureContext& context,
                                              const AcceptanceOptions& options) {
-  AcceptanceFigure form = figure_named("form of the sphere", "mm"),
-                   size = figure_named("diameter of the sphere", "mm");
-  form.may_lack = size.may_lack = true;
+  AcceptanceFigure form{.name = "form of the sphere", .unit = "mm", .may_lack = true},
+      size{.name = "diameter of the sphere", .unit = "mm", .may_lack = true};
   form.not_measured = size.not_measured =
       "record a ball of known diameter that carries the print, and give its marks with --sphere";
   if (!input.sphere) return {form, size};
@@ -978,7 +945,7 @@ std::vector<AcceptanceFigure> sphere_figures(const AcceptanceInput& input,
 
 AcceptanceFigure noise_floor(const Detections& detections, const std::vector<std::string>& repeats,
                              const AcceptanceOptions& options) {
-  AcceptanceFigure figure = figure_named("noise of repeats", "of the stated");
+  AcceptanceFigure figure{.name = "noise of repeats", .unit = "of the stated"};
   std::map<std::pair<std::string, MarkId>, std::vector<const Detection*>> seen;
   for (const FrameDetections& frame : detections.frames) {
     if (std::find(repeats.begin(), repeats.end(), frame.set) == repeats.end()) continue;

@@ -167,12 +167,8 @@ Eigen::Matrix3d rotation_of_rows(const Vector3d& row1, const Vector3d& row2) {
 
 const Correspondence& farthest_from_centre(const std::vector<Correspondence>& points,
                                            const TsaiSensor& sensor) {
-  const Correspondence* farthest = &points.front();
-  for (const Correspondence& p : points) {
-    if (on_sensor(p, sensor).squaredNorm() > on_sensor(*farthest, sensor).squaredNorm())
-      farthest = &p;
-  }
-  return *farthest;
+  return *std::ranges::max_element(
+      points, {}, [&](const Correspondence& p) { return on_sensor(p, sensor).squaredNorm(); });
 }
 
 /// Sign of Ty: positive if the farthest point and its image have equal signs in the camera frame.
@@ -180,24 +176,19 @@ double sign_of_ty(const Vector2d& xy_in_camera_for_positive_ty, const Vector2d& 
   return xy_in_camera_for_positive_ty.cwiseProduct(sensor_xy).sum() >= 0 ? 1.0 : -1.0;
 }
 
-/// Fills in a row of the radial alignment constraint for the 7 (or 5) unknowns over Ty.
-void fill_row(MatrixXd& a, VectorXd& b, Eigen::Index i, const Correspondence& p, const Vector2d& s,
-              Eigen::Index dimensions) {
-  const auto world = p.point_in_world.head(dimensions).transpose();
-  a.row(i).head(dimensions) = s.y() * world;
-  a(i, dimensions) = s.y();
-  a.row(i).tail(dimensions) = -s.x() * world;
-  b[i] = s.x();
-}
-
+/// Solves the radial alignment constraint for the 7 (or 5) unknowns over Ty.
 std::optional<VectorXd> solve_over_ty(const std::vector<Correspondence>& points,
                                       const TsaiSensor& sensor, Eigen::Index dimensions) {
   const auto n = static_cast<Eigen::Index>(points.size());
   if (n < 2 * dimensions + 1) return std::nullopt;
   MatrixXd a(n, 2 * dimensions + 1);
   VectorXd b(n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    fill_row(a, b, i, points[i], on_sensor(points[i], sensor), dimensions);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Vector2d s = on_sensor(points[i], sensor);
+    const auto world = points[i].point_in_world.head(dimensions).transpose();
+    a.row(i) << s.y() * world, s.y(), -s.x() * world;
+    b[i] = s.x();
+  }
   return solve(a, b);
 }
 
@@ -212,11 +203,8 @@ std::optional<RadialAlignment> align_about_origin(const std::vector<Corresponden
   const Vector2d xy((row1.dot(far.point_in_world) + (*over_ty)[3]) * ty,
                     (row2.dot(far.point_in_world) + 1) * ty);
   ty *= sign_of_ty(xy, on_sensor(far, sensor));
-  RadialAlignment result;
-  result.rotation = rotation_of_rows(row1 * ty / scale_x, row2 * ty);
-  result.tx_m = (*over_ty)[3] * ty / scale_x;
-  result.ty_m = ty;
-  result.scale_x = scale_x;
+  const RadialAlignment result{rotation_of_rows(row1 * ty / scale_x, row2 * ty),
+                               (*over_ty)[3] * ty / scale_x, ty, scale_x};
   if (!result.rotation.allFinite() || !(scale_x > 0)) return std::nullopt;
   return result;
 }
@@ -284,11 +272,9 @@ std::optional<RadialAlignment> align_plane_about_origin(const std::vector<Corres
   };
   const Vector2d r1 = row1 * ty, r2 = row2 * ty;
   const double opposite = r1.dot(r2) > 0 ? -1.0 : 1.0;
-  RadialAlignment result;
-  result.rotation =
-      rotation_of_rows({r1.x(), r1.y(), third(r1)}, {r2.x(), r2.y(), opposite * third(r2)});
-  result.tx_m = (*over_ty)[2] * ty;
-  result.ty_m = ty;
+  const RadialAlignment result{
+      rotation_of_rows({r1.x(), r1.y(), third(r1)}, {r2.x(), r2.y(), opposite * third(r2)}),
+      (*over_ty)[2] * ty, ty};
   if (!result.rotation.allFinite()) return std::nullopt;
   return result;
 }
@@ -478,12 +464,8 @@ Refinement refine_tsai(const Camera& start, const std::vector<Correspondence>& p
     problem.SetManifold(parameters.data(), new ceres::SubsetManifold(kParameters, kept));
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(max_iterations), &problem, &summary);
-  Refinement result;
-  result.camera = camera_of(start, parameters.data());
-  result.converged = summary.termination_type == ceres::CONVERGENCE;
-  result.iterations = static_cast<int>(summary.iterations.size());
-  result.chi2 = 2 * summary.final_cost;
-  return result;
+  return {camera_of(start, parameters.data()), summary.termination_type == ceres::CONVERGENCE,
+          static_cast<int>(summary.iterations.size()), 2 * summary.final_cost};
 }
 
 Eigen::MatrixXd tsai_covariance(const Camera& camera, const std::vector<Correspondence>& points,
@@ -550,17 +532,11 @@ std::optional<FocalAndDepth> solve_focal_and_depth(const std::vector<Corresponde
 
 Camera start_camera(const TsaiSensor& sensor, const RadialAlignment& alignment,
                     const FocalAndDepth& depth) {
-  TsaiLens lens;
-  lens.focal_m = depth.focal_m;
-  lens.cx_px = sensor.cx_px;
-  lens.cy_px = sensor.cy_px;
-  lens.scale_x = alignment.scale_x;
-  lens.pixel_pitch_x_m = sensor.pixel_pitch_x_m;
-  lens.pixel_pitch_y_m = sensor.pixel_pitch_y_m;
-  Camera camera;
-  camera.model.lens = lens;
-  camera.cam_from_world = {alignment.rotation, {alignment.tx_m, alignment.ty_m, depth.tz_m}};
-  return camera;
+  const TsaiLens lens{depth.focal_m,         0,
+                      sensor.cx_px,          sensor.cy_px,
+                      alignment.scale_x,     sensor.pixel_pitch_x_m,
+                      sensor.pixel_pitch_y_m};
+  return {"", {lens}, {alignment.rotation, {alignment.tx_m, alignment.ty_m, depth.tz_m}}};
 }
 
 }  // namespace drape::calib
