@@ -30,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr int kMostTabs = 300;
-constexpr int kMostLooks = 1500;  ///< looks of 200 ms
+constexpr int kMostLooks = 4500;  ///< looks of 200 ms; a whole drape on a busy machine
 constexpr int kAnswer_ms = 120000;
 constexpr int kMostWaits = 1200;  ///< waits of 100 ms, until Firefox listens
 
