@@ -141,8 +141,10 @@ SimulateResult simulate_paper(const Scene& scene, const Fabric& fabric, const Pr
   SimulateResult result;
   Certificate& certificate = result.certificate;
   certificate = certificate_of(local, fitted, options);
+  PaperOptions model = options.paper;
+  model.thickness_m = options.drape.thickness_m;
   PaperDrape drape =
-      run_paper_model(local, print, fitted.laws, options.paper, certificate, options.progress);
+      run_paper_model(local, print, fitted.laws, model, certificate, options.progress);
   result.sheet = std::move(drape.sheet);
   for (SheetMark& mark : result.sheet.marks)
     mark.point_in_world = local.to_world(mark.point_in_world);

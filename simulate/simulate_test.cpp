@@ -76,6 +76,17 @@ TEST(Simulate, ThePaperHasNoInternalFriction) {
   EXPECT_THROW(options.check(), Error);
 }
 
+// The turned start folds the sheet, whose layers are kept apart in the paper's model too.
+TEST(Simulate, LayersOfThePapersModelKeepTheStatedThickness) {
+  const Scene scene = read_scene(test::source_root() / "rigs/paper/scenes/D_turned.toml");
+  SimulateOptions options = paper_options();
+  options.paper.max_steps = 5000;
+  const SimulateResult thin = drape_of(scene, options);
+  options.drape.thickness_m = 0;
+  const SimulateResult none = drape_of(scene, options);
+  EXPECT_GT(farthest_m(thin.sheet, none.sheet), 1 * mm);
+}
+
 /// A point of the world shifted and rotated about the vertical.
 Vector3d moved(const Vector3d& p) {
   return AngleAxisd(37 * units::deg, Vector3d::UnitZ()) * p + Vector3d(0.3, -0.2, 1.0);

@@ -59,6 +59,34 @@ struct Gap {
   }
 };
 
+/// True for the table and for planes.
+bool is_flat(const Objects& objects, std::size_t k) {
+  return k == objects.count() || std::holds_alternative<Plane>(objects.scene->obstacles[k]);
+}
+
+/// Distance from the table, or from an object whose thin gaps with table and planes are closed: the
+/// cross-section above such a gap reaches down.
+Real gap_over_floors(const Objects& objects, std::size_t k, const Point& p) {
+  const Point up = {0, 0, 1};
+  if (k == objects.count()) return p[2] - Real(objects.scene->table_z_m);
+  const auto own = [&](const Point& at) {
+    return std::visit(Gap{objects, k, at}, objects.scene->obstacles[k]);
+  };
+  const Real gap = own(p);
+  if (is_flat(objects, k)) return gap;
+  Real least = gap;
+  for (std::size_t floor = 0; floor <= objects.count(); ++floor) {
+    if (!is_flat(objects, floor)) continue;
+    const Real over = gap_over_floors(objects, floor, p);
+    const Point normal =
+        floor == objects.count()
+            ? up
+            : point_of(std::get<Plane>(objects.scene->obstacles[floor]).normal_in_world);
+    if (over < kClosed_m) least = std::min(least, own(plus(p, normal, kClosed_m - over)));
+  }
+  return least;
+}
+
 /// True if the object has edges with a radius below the depth of pressed contact points.
 bool is_sharp(const Objects& objects, std::size_t k) {
   if (k == objects.count()) return false;
@@ -184,30 +212,6 @@ Point middle_of(const Objects& objects, std::size_t k) {
   return objects.mesh_middle[k];
 }
 
-/// True if the object fills the vertical line from its middle to the table on which it stands.
-bool stands(const Objects& objects, std::size_t k, const Point& middle) {
-  constexpr int kPlaces = 16;
-  const Real table = objects.scene->table_z_m;
-  for (int i = 0; i <= kPlaces; ++i) {
-    const Real z = middle[2] + (table - middle[2]) * i / kPlaces;
-    if (gap_of(objects, k, {middle[0], middle[1], z}) > kClosed_m) return false;
-  }
-  return middle[2] > table;
-}
-
-/// True if a piece intersects the vertical line from an object's middle to the table on which it
-/// stands. Its depth in the object is zero, but cloth gets there only through the object.
-bool lies_under(const Objects& objects, std::size_t k, const std::array<Point, 3>& piece) {
-  const Point p = middle_of(objects, k);
-  const Point u = minus(piece[1], piece[0]), v = minus(piece[2], piece[0]);
-  const Point w = minus(p, piece[0]);
-  const Real area = u[0] * v[1] - u[1] * v[0];
-  if (area == 0) return false;
-  const Real s = (w[0] * v[1] - w[1] * v[0]) / area, t = (u[0] * w[1] - u[1] * w[0]) / area;
-  if (!(s >= 0 && t >= 0 && s + t <= 1)) return false;
-  return piece[0][2] + s * u[2] + t * v[2] < p[2] && stands(objects, k, p);
-}
-
 constexpr Real kOfWeights = 1e-12L;  // deviation of the sum of stated weights from one
 // Relative to the distance on the flat piece: layers closer than this repel.
 constexpr Real kOfFlat = 0.25L;
@@ -254,6 +258,33 @@ bool passes(const std::vector<Point>& places, const std::array<int, 2>& edge,
   return s >= 0 && r >= 0 && s + r <= 1;
 }
 
+/// True if a piece intersects the straight line from an object's middle to the table, a plane or
+/// the middle of another object on which it stands, where no gap along the line is open. Its depth
+/// is zero where they touch, but cloth gets there only through one of them.
+bool lies_between(const Objects& objects, std::size_t k, const std::array<Point, 3>& piece) {
+  constexpr int kPlaces = 16;
+  const Point from = middle_of(objects, k);
+  for (std::size_t other = 0; other <= objects.count(); ++other) {
+    if (other == k) continue;
+    Point to;
+    if (is_flat(objects, other)) {
+      const Real over = gap_of(objects, other, from);
+      if (!(over > 0)) continue;
+      to = plus(from, normal_of(objects, other, from), -over - kClosed_m);
+    } else {
+      to = middle_of(objects, other);
+    }
+    if (!passes({from, to, piece[0], piece[1], piece[2]}, {0, 1}, {2, 3, 4})) continue;
+    bool open = false;
+    for (int i = 0; i <= kPlaces; ++i) {
+      const Point p = plus(from, minus(to, from), static_cast<Real>(i) / kPlaces);
+      open |= std::min(gap_of(objects, k, p), gap_of(objects, other, p)) > kClosed_m;
+    }
+    if (!open) return true;
+  }
+  return false;
+}
+
 /// True if the weights before and after `firsts`, negative for the second piece, each describe a
 /// point on one piece.
 bool are_weights(const std::array<double, 4>& weight, int firsts) {
@@ -287,14 +318,15 @@ Objects::Objects(const Scene& objects_of) : scene(&objects_of) {
 }
 
 Real gap_of(const Objects& objects, std::size_t k, const Point& p) {
-  const Real over_table = p[2] - Real(objects.scene->table_z_m);
-  if (k == objects.count()) return over_table;
-  const Obstacle& object = objects.scene->obstacles[k];
-  const Real gap = std::visit(Gap{objects, k, p}, object);
-  if (over_table >= kClosed_m || std::holds_alternative<Plane>(object)) return gap;
-  // A gap thinner than cloth is closed: the cross-section above it reaches to the table.
-  const Point above = {p[0], p[1], Real(objects.scene->table_z_m) + Real(kClosed_m)};
-  return std::min(gap, std::visit(Gap{objects, k, above}, object));
+  const Real gap = gap_over_floors(objects, k, p);
+  if (is_flat(objects, k)) return gap;
+  Real least = gap;
+  for (std::size_t other = 0; other < objects.count(); ++other) {
+    if (other == k || is_flat(objects, other)) continue;
+    const Real sum = gap + gap_over_floors(objects, other, p) - Real(kClosed_m);
+    least = std::min(least, sum > 0 ? sum / 2 : sum);
+  }
+  return least;
 }
 
 Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
@@ -356,7 +388,7 @@ Real through_of(const Objects& objects, const std::array<Point, 3>& piece) {
   Real most = 0;
   for (std::size_t k = 0; k < objects.count(); ++k) {
     if (std::holds_alternative<Plane>(objects.scene->obstacles[k])) continue;
-    if (lies_under(objects, k, piece)) return 1;
+    if (lies_between(objects, k, piece)) return 1;
     if (gap_of(objects, k, piece[0]) > reach) continue;
     // At the rim of a wider object, less than a cell of the cloth may be inside.
     if (width_of(objects, k) > reach) continue;

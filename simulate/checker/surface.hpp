@@ -79,8 +79,8 @@ struct Objects {
 constexpr Real kThrough = 0.25L;
 /// Depth of a flat piece of cloth in an object, as a fraction of the object's thickness there. The
 /// thickness is the shortest chord through the deepest point along nearby normals; for a mesh, its
-/// smallest extent. Maximum over the objects narrower than the piece, 0 for none; 1 between an
-/// object's middle and the table below it.
+/// smallest extent. Maximum over the objects narrower than the piece, 0 for none; 1 between the
+/// middles of two objects that touch, or an object's middle and the table or plane that it touches.
 [[nodiscard]] Real through_of(const Objects& objects, const std::array<Point, 3>& piece);
 
 /// Projects a force into the friction cone about a normal; zero for a force that pulls.

@@ -129,22 +129,42 @@ Scene slope() {
   return scene;
 }
 
-/// Half the width of the gap below the cylinder that is closed.
-double closed_half_m() {
-  const double over = 20 * mm - kClosed_m;
-  return std::sqrt(20 * mm * 20 * mm - over * over);
+/// Lays that cylinder on another floor at the same height, with the table far below.
+enum class Floor { table, plane, slab };
+Scene slope(Floor floor) {
+  Scene scene = slope();
+  if (floor == Floor::table) return scene;
+  scene.table_z_m = -0.1;
+  if (floor == Floor::plane) scene.obstacles.push_back(Plane{{0, 0, 0}, Vector3d::UnitZ()});
+  if (floor == Floor::slab)
+    scene.obstacles.insert(scene.obstacles.begin(),
+                           Box{{Eigen::Matrix3d::Identity(), {0, 0, -0.02}}, {0.5, 0.5, 0.04}, 0});
+  return scene;
 }
 
-TEST(ObjectPushes, ForcesInAClosedGapAreTheGradientOfTheirEnergy) {
+/// Half the width of the gap below the cylinder that is closed: on flat floors where it is
+/// kClosed_m above the floor, on a slab where that is its distance from the slab's surface.
+double closed_half_m(Floor floor) {
+  const double radius = 20 * mm;
+  return std::sqrt(2 * radius * kClosed_m +
+                   (floor == Floor::slab ? 1 : -1) * kClosed_m * kClosed_m);
+}
+
+class ClosedGap : public testing::TestWithParam<Floor> {};
+INSTANTIATE_TEST_SUITE_P(Floors, ClosedGap,
+                         testing::Values(Floor::table, Floor::plane, Floor::slab));
+
+TEST_P(ClosedGap, HasForcesThatAreTheGradientOfTheirEnergy) {
   const MeshCloth cloth = small_cloth();
   const std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);
-  const Surroundings around(slope(), kClosed_m);
+  const Surroundings around(slope(GetParam()), kClosed_m);
   ObjectPushes pushes(cloth, held, around, 0.3, 9.81);
   const auto flat = [](double entered) {
     return [entered](const Vector2d& p) {
-      return MeshCloth::Jet{{p.x() - 60 * mm - closed_half_m() + entered, p.y() - 30 * mm, 1e-5},
-                            {1, 0, 0},
-                            {0, 1, 0}};
+      return MeshCloth::Jet{
+          {p.x() - 60 * mm - closed_half_m(GetParam()) + entered, p.y() - 30 * mm, 1e-5},
+          {1, 0, 0},
+          {0, 1, 0}};
     };
   };
   pushes.settle(cloth.state_of(flat(0.1 * mm)));
@@ -153,9 +173,9 @@ TEST(ObjectPushes, ForcesInAClosedGapAreTheGradientOfTheirEnergy) {
   expect_gradient(pushes, state);
 }
 
-// Cloth slides down a tilted table to a log and does not slip between the two.
-TEST(ObjectPushes, AClosedGapHoldsTheClothsWeight) {
-  const Scene scene = slope();
+// Cloth slides down a tilted floor to a log and does not slip between the two.
+TEST_P(ClosedGap, HoldsTheClothsWeight) {
+  const Scene scene = slope(GetParam());
   const DrapeCase drape = drape_case(scene, square_patch(60 * mm), std::nullopt, cotton());
   DrapeOptions options;
   options.spacing_m = options.coarsest_m;
@@ -167,12 +187,39 @@ TEST(ObjectPushes, AClosedGapHoldsTheClothsWeight) {
   double farthest_m = -1;
   for (const Vector3d& node : found.level->surface(found.rest))
     farthest_m = std::max(farthest_m, drape.local.to_world(node).x());
-  EXPECT_NEAR(farthest_m, -closed_half_m(), 0.05 * mm);  // depth of a contact point
+  EXPECT_NEAR(farthest_m, -closed_half_m(GetParam()), 0.05 * mm);  // depth of a contact point
+  const int log = GetParam() == Floor::slab ? 1 : 0;
   double pushed_n = 0;
   for (const ContactForce& force : found.level->contact_forces(found.rest))
-    if (force.shape == 0) pushed_n -= force.force_in_world.x();
+    if (force.shape == log) pushed_n -= force.force_in_world.x();
   const double weight_n = 0.15 * 60 * mm * 60 * mm * 9.81;
   EXPECT_NEAR(pushed_n, weight_n * std::sin(0.2), 0.01 * weight_n * std::sin(0.2));
+}
+
+// Cloth slides down a tilted floor against a ball, which touches the floor at a single point. The
+// point does not pierce the cloth.
+TEST_P(ClosedGap, HoldsClothAtASinglePoint) {
+  Scene scene = slope(GetParam());
+  scene.friction = 0.15;
+  for (Obstacle& obstacle : scene.obstacles)
+    if (std::holds_alternative<Cylinder>(obstacle)) obstacle = Sphere{{0, 0, 20 * mm}, 20 * mm};
+  const DrapeCase drape = drape_case(scene, square_patch(60 * mm), std::nullopt, cotton());
+  DrapeOptions options;
+  options.spacing_m = options.coarsest_m;
+  const Drape found = drape_cloth(drape, options);
+  ASSERT_TRUE(found.at_rest()) << found.levels.back().rest.why;
+  const MeshJudgement judged =
+      judge_drape(*found.level, found.rest, scene, options.descent.residual);
+  EXPECT_THAT(judged.refusals, IsEmpty());
+  std::vector<Vector2d> material_m;
+  for (int k = 0; k < 121 * 121; ++k)
+    material_m.emplace_back(k / 121 * 0.5 * mm, k % 121 * 0.5 * mm);
+  const Eigen::MatrixX3d places =
+      drape.local.rows_to_world(found.level->places(found.rest, material_m));
+  double nearest_m = 1;
+  for (const auto& p : places.rowwise())
+    if (p.z() < kClosed_m / 2) nearest_m = std::min(nearest_m, p.head<2>().norm());
+  EXPECT_NEAR(nearest_m, closed_half_m(GetParam()), 0.2 * mm);
 }
 
 /// Products with the second derivative equal differences of forces, both for sticking and for

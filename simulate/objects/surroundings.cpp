@@ -183,7 +183,9 @@ Surroundings::Surroundings(const Scene& scene, double closed_m) {
     std::visit([this](const auto& shape) { add(shape); }, obstacle);
   }
   add(Table{scene.table_z_m});
-  if (closed_m > 0) closed_z_m_ = scene.table_z_m + closed_m;
+  closed_m_ = closed_m;
+  for (int shape = 0; closed_m > 0 && shape < count(); ++shape)
+    (is_flat(shape) ? floors_ : bodies_).push_back(shape);
 }
 
 void Surroundings::add(const MeshObject& object) {
@@ -198,37 +200,79 @@ bool Surroundings::is_sharp(int shape) const {
          (cylinder != nullptr && cylinder->edge_radius_m < kRound_m);
 }
 
-Vector3d Surroundings::within_closed(int shape, const Vector3d& p) const {
-  if (p.z() >= closed_z_m_ || is_flat(shape)) return p;
-  const Vector3d above(p.x(), p.y(), closed_z_m_);
-  return std::visit([&](const auto& s) { return gap_of(s, above) < gap_of(s, p); }, shapes_[shape])
-             ? above
-             : p;
+double Surroundings::own_gap_m(int shape, const Vector3d& p) const {
+  return std::visit([&p](const auto& s) { return gap_of(s, p); }, shapes_[shape]);
 }
 
-double Surroundings::gap_m(int shape, const Vector3d& p) const {
-  const Vector3d at = within_closed(shape, p);
-  return std::visit([&at](const auto& s) { return gap_of(s, at); }, shapes_[shape]);
-}
-
-Surroundings::Nearest Surroundings::nearest(int shape, const Vector3d& p) const {
-  const Vector3d at = within_closed(shape, p);
-  Nearest found = std::visit([&at](const auto& s) { return nearest_of(s, at); }, shapes_[shape]);
-  if (at == p || found.normal.z() == 0) return found;
-  found.face = -1;
-  found.normal.z() = 0;
-  found.slope = found.normal.norm();
-  found.normal = found.slope > 0 ? Vector3d(found.normal / found.slope) : Vector3d::UnitX();
+Surroundings::Raised Surroundings::raised(int shape, const Vector3d& p) const {
+  Raised found = {p, Vector3d::Zero()};
+  if (is_flat(shape)) return found;
+  for (const int floor : floors_) {
+    const Nearest below = nearest_over_floors(floor, p);
+    if (below.gap_m >= closed_m_) continue;
+    Vector3d above = p + (closed_m_ - below.gap_m) * below.normal;
+    if (const auto* table = std::get_if<Table>(&shapes_[floor])) above.z() = table->z_m + closed_m_;
+    if (own_gap_m(shape, above) < own_gap_m(shape, found.at)) found = {above, below.normal};
+  }
   return found;
 }
 
+Surroundings::Nearest Surroundings::nearest_over_floors(int shape, const Vector3d& p) const {
+  const auto [at, floor] = raised(shape, p);
+  Nearest found =
+      std::visit([&at = at](const auto& s) { return nearest_of(s, at); }, shapes_[shape]);
+  const double steep = found.normal.dot(floor);
+  if (steep == 0) return found;
+  found.face = -1;
+  found.normal -= steep * floor;
+  found.slope = found.normal.norm();
+  found.normal = found.slope > 0 ? Vector3d(found.normal / found.slope) : floor.unitOrthogonal();
+  return found;
+}
+
+Matrix3d Surroundings::curvature_over_floors(int shape, const Vector3d& p) const {
+  const auto [at, floor] = raised(shape, p);
+  const Matrix3d found =
+      std::visit([&at = at](const auto& s) { return curvature_of(s, at); }, shapes_[shape]);
+  if (floor.isZero(0)) return found;
+  const Matrix3d along = Matrix3d::Identity() - floor * floor.transpose();
+  return along * found * along / nearest_over_floors(shape, p).slope;
+}
+
+Surroundings::Closed Surroundings::closed(int shape, const Vector3d& p) const {
+  const double own = gap_over_floors_m(shape, p);
+  Closed found = {-1, own};
+  if (is_flat(shape)) return found;
+  for (const int body : bodies_) {
+    if (body >= shape) break;
+    const double sum = own + gap_over_floors_m(body, p) - closed_m_, gap = sum > 0 ? sum / 2 : sum;
+    if (gap < found.gap_m) found = {body, gap};
+  }
+  return found;
+}
+
+double Surroundings::gap_m(int shape, const Vector3d& p) const {
+  return closed(shape, p).gap_m;
+}
+
+Surroundings::Nearest Surroundings::nearest(int shape, const Vector3d& p) const {
+  const auto [with, gap] = closed(shape, p);
+  Nearest found = nearest_over_floors(shape, p);
+  if (with < 0) return found;
+  const Nearest other = nearest_over_floors(with, p);
+  const Vector3d sum = found.slope * found.normal + other.slope * other.normal;
+  const double size = sum.norm();
+  return {gap, size > 0 ? Vector3d(sum / size) : found.normal.unitOrthogonal(), -1,
+          gap > 0 ? size / 2 : size};
+}
+
 Matrix3d Surroundings::curvature(int shape, const Vector3d& p) const {
-  const Vector3d at = within_closed(shape, p);
-  Matrix3d found = std::visit([&at](const auto& s) { return curvature_of(s, at); }, shapes_[shape]);
-  if (at == p) return found;
-  found.row(2).setZero();
-  found.col(2).setZero();
-  return found / nearest(shape, p).slope;
+  const Matrix3d found = curvature_over_floors(shape, p);
+  const int with = closed(shape, p).with;
+  if (with < 0) return found;
+  const Nearest one = nearest_over_floors(shape, p), other = nearest_over_floors(with, p);
+  return (one.slope * found + other.slope * curvature_over_floors(with, p)) /
+         (one.slope * one.normal + other.slope * other.normal).norm();
 }
 
 std::optional<double> Surroundings::first_entry(int shape, const Vector3d& from, const Vector3d& to,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -24,15 +23,21 @@ struct PlacedMesh {
   WorldFromObject world_from_mesh;
 };
 
-/// Gaps between an object and the table that are thinner than this are closed to cloth.
+/// Gaps between two bodies, or a body and the table, that are thinner than this are closed to
+/// cloth.
 constexpr double kClosed_m = 0.5e-3;
 
 /// All rigid bodies around the cloth. Signed distances are exact outside and near the surface. All
 /// shapes but meshes are convex, so the distance along a straight line has a single minimum.
 ///
 /// Cloth without thickness would slip under a ball that stands on a table, which touches it at a
-/// point only. Where gaps are closed, an object therefore reaches down to and below the table with
-/// the cross-section that it has `closed_m` above it, if it is wider there.
+/// point only. Cloth of thickness t between two surfaces has distances g + h >= t from them, so
+/// gaps below `closed_m` are closed:
+/// - Between a body and the table or a plane, the body reaches down to and below the flat surface
+///   with the cross-section that it has `closed_m` above it, if it is wider there.
+/// - Between two other bodies, the later one has the gap min(g, s), with s = g + h - closed_m and g
+///   and h the distances from both; s counts half if it is positive, so that no gap above zero
+///   changes faster than a point moves.
 class Surroundings {
  public:
   Surroundings() = default;
@@ -67,7 +72,7 @@ class Surroundings {
     /// Index of the flat face nearest to the point; -1 for none, as at edges and on round bodies.
     /// Between points of one face the gap is linear.
     int face = -1;
-    double slope = 1;  ///< size of the gap's gradient; below 1 in a closed gap, along the table
+    double slope = 1;  ///< size of the gap's gradient; below 1 in a closed gap
   };
   [[nodiscard]] Nearest nearest(int shape, const Eigen::Vector3d& point_in_world) const;
   /// Second derivative of the gap, relative to its slope (1/m); zero for radii below 2 um and for
@@ -87,11 +92,28 @@ class Surroundings {
   [[nodiscard]] double top_z_m() const;
 
  private:
-  /// Returns the point whose distance from a shape decides: in a closed gap the one above `p`.
-  [[nodiscard]] Eigen::Vector3d within_closed(int shape, const Eigen::Vector3d& p) const;
+  /// The point whose distance from a shape decides, and the normal of the flat shape above which it
+  /// is raised; zero if it is the point itself.
+  struct Raised {
+    Eigen::Vector3d at, floor;
+  };
+  [[nodiscard]] double own_gap_m(int shape, const Eigen::Vector3d& p) const;
+  [[nodiscard]] Raised raised(int shape, const Eigen::Vector3d& p) const;
+  [[nodiscard]] double gap_over_floors_m(int shape, const Eigen::Vector3d& p) const {
+    return own_gap_m(shape, raised(shape, p).at);
+  }
+  [[nodiscard]] Nearest nearest_over_floors(int shape, const Eigen::Vector3d& p) const;
+  [[nodiscard]] Eigen::Matrix3d curvature_over_floors(int shape, const Eigen::Vector3d& p) const;
+  /// The earlier body whose gap with a shape is closed at a point, and the gap there.
+  struct Closed {
+    int with = -1;
+    double gap_m = 0;
+  };
+  [[nodiscard]] Closed closed(int shape, const Eigen::Vector3d& p) const;
 
   std::vector<std::variant<Sphere, Box, Table, Cylinder, Plane, PlacedMesh>> shapes_;
-  double closed_z_m_ = -std::numeric_limits<double>::infinity();  ///< below it gaps are closed
+  double closed_m_ = 0;               ///< thickness below which gaps are closed
+  std::vector<int> floors_, bodies_;  ///< flat shapes and others, if gaps are closed
 };
 
 }  // namespace drape::simulate

@@ -167,9 +167,29 @@ TEST(Surroundings, NormalAndCurvatureAreTheDerivativesOfTheGap) {
   EXPECT_GT(looked_at - on_faces, 300);
 }
 
-// Below half a millimetre above the table an object is as wide as there; slope, normal and
-// curvature are derivatives of its gap.
-TEST(Surroundings, ClosesThinGapsOnTheTable) {
+/// Expects slope, normal and, outside, curvature to be derivatives of a shape's gap at a point.
+void expect_derivatives(const Surroundings& closed, int shape, const Vector3d& p) {
+  constexpr double kStep = 1e-7;
+  const Surroundings::Nearest here = closed.nearest(shape, p);
+  EXPECT_EQ(here.gap_m, closed.gap_m(shape, p));
+  if (here.slope < 0.05) return;  // about its axis
+  const Eigen::Matrix3d curvature = closed.curvature(shape, p);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d step = kStep * Vector3d::Unit(axis);
+    const Surroundings::Nearest before = closed.nearest(shape, p - step),
+                                after = closed.nearest(shape, p + step);
+    // Kinks, where another face, edge or body is nearest.
+    if ((after.normal - before.normal).norm() > 1e-3) continue;
+    EXPECT_NEAR((after.gap_m - before.gap_m) / (2 * kStep), here.slope * here.normal[axis], 1e-5);
+    const Vector3d turn = after.slope * after.normal - before.slope * before.normal;
+    if (here.gap_m > 0) {
+      EXPECT_LT((turn / (2 * kStep) - here.slope * curvature.col(axis)).norm(), 2e-2) << shape;
+    }
+  }
+}
+
+/// Bodies of which all but the last stand on a floor at height 0.1.
+Scene standing_scene() {
   Scene scene;
   scene.table_z_m = 0.1;
   scene.obstacles = {drape::Sphere{{0, 0, 0.13}, 0.03}, drape::Cylinder{{}, 0.02, 0.03, 0.002},
@@ -180,38 +200,87 @@ TEST(Surroundings, ClosesThinGapsOnTheTable) {
   lies.translation_m.z() = 0.12;
   for (const int box : {2, 3})
     std::get<Box>(scene.obstacles[box]).world_from_box.translation_m.z() = 0.12;
-  const Surroundings open(scene), closed(scene, kClosed_m);
-  constexpr double kStep = 1e-7;
+  return scene;
+}
+
+// Below half a millimetre above the table an object is as wide as there; slope, normal and
+// curvature are derivatives of its gap.
+TEST(Surroundings, ClosesThinGapsOnTheTable) {
   for (int shape = 0; shape < 5; ++shape) {
+    Scene scene = standing_scene();
+    scene.obstacles = {scene.obstacles[shape]};
+    const Surroundings open(scene), closed(scene, kClosed_m);
     int entered = 0;
     for (int k = 0; k < 400; ++k) {
       const Vector3d p(0.02 * std::sin(1.1 * k), 0.02 * std::sin(2.3 * k + 1),
                        0.1001 + 0.0003 * std::sin(0.7 * k + 2));
       const Vector3d above(p.x(), p.y(), 0.1 + kClosed_m);
-      EXPECT_EQ(closed.gap_m(shape, p), std::min(open.gap_m(shape, p), open.gap_m(shape, above)));
+      EXPECT_EQ(closed.gap_m(0, p), std::min(open.gap_m(0, p), open.gap_m(0, above)));
       const Vector3d higher = p + Vector3d(0, 0, 0.0008);
-      EXPECT_EQ(closed.gap_m(shape, higher), open.gap_m(shape, higher));
-      if (closed.gap_m(shape, p) < 0 && open.gap_m(shape, p) > 0) ++entered;
-      const Surroundings::Nearest here = closed.nearest(shape, p);
-      EXPECT_EQ(here.gap_m, closed.gap_m(shape, p));
-      if (here.slope < 0.05) continue;  // about its axis
-      const Eigen::Matrix3d curvature = closed.curvature(shape, p);
-      for (int axis = 0; axis < 3; ++axis) {
-        const Vector3d step = kStep * Vector3d::Unit(axis);
-        const Surroundings::Nearest before = closed.nearest(shape, p - step),
-                                    after = closed.nearest(shape, p + step);
-        // Kinks, where another face or edge is nearest.
-        if ((after.normal - before.normal).norm() > 1e-3) continue;
-        EXPECT_NEAR((after.gap_m - before.gap_m) / (2 * kStep), here.slope * here.normal[axis],
-                    1e-5);
-        const Vector3d turn = after.slope * after.normal - before.slope * before.normal;
-        if (here.gap_m > 0) {
-          EXPECT_LT((turn / (2 * kStep) - here.slope * curvature.col(axis)).norm(), 2e-2)
-              << shape << " " << k;
-        }
-      }
+      EXPECT_EQ(closed.gap_m(0, higher), open.gap_m(0, higher));
+      if (closed.gap_m(0, p) < 0 && open.gap_m(0, p) > 0) ++entered;
+      expect_derivatives(closed, 0, p);
     }
     EXPECT_EQ(entered > 0, shape < 4) << shape;
+  }
+}
+
+// A tilted plane closes gaps as the table does: the scene turned as a whole has the same distances.
+TEST(Surroundings, ClosesThinGapsOnATiltedPlane) {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.4, Vector3d(1, 2, 0).normalized()).toRotationMatrix();
+  Scene upright;
+  upright.table_z_m = 0.1;
+  upright.obstacles = {drape::Sphere{{0, 0, 0.13}, 0.03}};
+  Scene tilted;
+  tilted.table_z_m = -1;
+  tilted.obstacles = {drape::Sphere{turn * Vector3d(0, 0, 0.13), 0.03},
+                      Plane{turn * Vector3d(0.3, 0, 0.1), turn * Vector3d::UnitZ()}};
+  const Surroundings on_table(upright, kClosed_m), on_plane(tilted, kClosed_m);
+  for (int k = 0; k < 400; ++k) {
+    const Vector3d p(0.02 * std::sin(1.1 * k), 0.02 * std::sin(2.3 * k + 1),
+                     0.1003 + 0.0005 * std::sin(0.7 * k + 2));
+    EXPECT_NEAR(on_plane.gap_m(0, turn * p), on_table.gap_m(0, p), 1e-15);
+    expect_derivatives(on_plane, 0, turn * p);
+  }
+}
+
+// Where two bodies are closer than half a millimetre, nothing lies between them. Elsewhere each
+// keeps its distance, and no gap changes faster than a point moves.
+TEST(Surroundings, ClosesThinGapsBetweenBodies) {
+  const drape::Sphere ball{{0, 0, 0.03}, 0.03};
+  drape::Cylinder log{{}, 0.02, 0.1, 0.002};
+  log.world_from_cylinder.translation_m = {-0.0501, 0, 0.03};
+  const Box beside{{Eigen::Matrix3d::Identity(), {0.05, 0, 0.03}}, {0.04, 0.05, 0.06}, 0.001};
+  const Box slab{{Eigen::Matrix3d::Identity(), {0, 0, -0.01}}, {0.2, 0.2, 0.02}, 0};
+  Scene scene;
+  scene.table_z_m = -1;
+  for (const Obstacle& other : {Obstacle(log), Obstacle(beside), Obstacle(slab)}) {
+    scene.obstacles = {other, ball};
+    const Surroundings open(scene), closed(scene, kClosed_m);
+    int entered = 0;
+    Vector3d last = Vector3d::Zero();
+    for (int k = 0; k < 4000; ++k) {
+      const Vector3d away(std::sin(1.1 * k), std::sin(2.3 * k + 1), std::sin(0.7 * k + 2));
+      // About the place where the ball touches the other one.
+      const double side = open.gap_m(0, {0.03, 0, 0.03}) < 1e-3    ? 0.03
+                          : open.gap_m(0, {-0.03, 0, 0.03}) < 1e-3 ? -0.03
+                                                                   : 0;
+      const Vector3d p = Vector3d(side, 0, side == 0 ? 0 : 0.03) + 0.006 * away;
+      const double own = open.gap_m(1, p), others = open.gap_m(0, p);
+      EXPECT_EQ(closed.gap_m(0, p), others);
+      const double sum = own + others - kClosed_m;
+      EXPECT_EQ(closed.gap_m(1, p), std::min(own, sum > 0 ? sum / 2 : sum));
+      const double here = closed.gap_m(1, p), there = closed.gap_m(1, last);
+      EXPECT_LE(std::abs(std::max(here, 0.0) - std::max(there, 0.0)), (p - last).norm() + 1e-15);
+      if (own > 0 && others > 0) {
+        EXPECT_EQ(closed.gap_m(1, p) < 0, own + others < kClosed_m);
+        entered += own + others < kClosed_m ? 1 : 0;
+      }
+      expect_derivatives(closed, 1, p);
+      last = p;
+    }
+    EXPECT_GT(entered, 10);
   }
 }
 

@@ -60,8 +60,11 @@ TEST_F(Plan, NamesEveryCaseByWhatItDependsOn) {
     EXPECT_EQ(one.folder, fs::path("out") / one.key.substr(0, 2) / one.key);
   }
   EXPECT_EQ(keys.size(), 4U);
-  const StudyPlan other = plan("out", "thickness_mm = 0.25\n");
-  for (const StudyCase& one : other.cases) EXPECT_FALSE(keys.contains(one.key));
+  const StudyPlan paper = plan("out", "model = \"paper\"\ngrids = [5]\n");
+  for (const StudyCase& one : paper.cases) keys.insert(one.key);
+  for (const std::string more : {"", "model = \"paper\"\ngrids = [5]\n"})
+    for (const StudyCase& one : plan("out", "thickness_mm = 0.25\n" + more).cases)
+      EXPECT_FALSE(keys.contains(one.key));
 }
 
 TEST_F(Plan, MultipliesGridsOfThePapersModelBesideTheCloth) {

@@ -43,11 +43,11 @@ std::string key_of(const StudyCase& one, const std::vector<fs::path>& files,
                    const fs::path& program, Hashes& hashes) {
   const SimulateOptions& how = one.options;
   std::string text = fmt::format(
-      "drapebench/study-key/2\nprogram {}\nmodel {}\ncloth {}\nsegments {}\nseed {}\n",
-      hashes.of(program), drape::name_of(how.model), one.discretisation(), how.segments, one.seed);
-  text += how.model == ClothModel::paper
-              ? fmt::format("steps {}\n", how.paper.max_steps)
-              : fmt::format("thickness_mm {}\n", how.drape.thickness_m / mm);
+      "drapebench/study-key/2\nprogram {}\nmodel {}\ncloth {}\nsegments {}\nseed {}\n"
+      "thickness_mm {}\n",
+      hashes.of(program), drape::name_of(how.model), one.discretisation(), how.segments, one.seed,
+      how.drape.thickness_m / mm);
+  if (how.model == ClothModel::paper) text += fmt::format("steps {}\n", how.paper.max_steps);
   for (const fs::path& file : files) text += "file " + hashes.of(file) + "\n";
   return sha256_of(std::string_view(text));
 }
