@@ -423,7 +423,7 @@ std::string ending_text(const RunReport& report, const std::string& first,
   for (const auto& [note, times] : kinds) {
     const std::string said =
         fmt::format("  {}: {}", note->severity == Severity::stops ? "also" : "warning",
-                    times == 1 ? note->text : fmt::format("{} x {}", times, note->kind));
+                    times == 1 ? note->text : fmt::format("{} ({} like this)", note->text, times));
     // A remedy is printed completely; an informative note may be shortened.
     note->severity == Severity::informs ? line(said) : void(text += said + "\n");
   }

@@ -97,16 +97,19 @@ std::vector<std::pair<std::string, double>> stages_of(const NewRigOptions& optio
   return stages;
 }
 
-/// The [[pin]] tables of a hung drape: the given points, or two marks of its upper edge.
-std::string pins_of(const NewRigOptions& options, const NewDrape& drape) {
-  std::string text;
+/// The [[pin]] tables of each drape by its name; throws for a pin of no drape.
+std::map<std::string, std::string> pins_of(const NewRigOptions& options,
+                                           const std::vector<NewDrape>& drapes) {
+  std::map<std::string, std::string> pins;
   for (const std::string& pin : options.pins) {
     const std::smatch parts = matched(pin, "([^=]+)=([0-9]+(?:\\.[0-9]+)?),([0-9]+(?:\\.[0-9]+)?)",
                                       "held point", "write DRAPE=WARP_MM,WEFT_MM, e.g. B=0,100");
-    if (parts[1] == drape.name)
-      text += fmt::format("\n[[pin]]\nat_material_mm = [{}, {}]\n", parts[2].str(), parts[3].str());
+    if (std::ranges::find(drapes, parts[1].str(), &NewDrape::name) == drapes.end())
+      throw usage_error(fmt::format("`--pin {}` names no drape", pin), "name one of --drape");
+    pins[parts[1]] +=
+        fmt::format("\n[[pin]]\nat_material_mm = [{}, {}]\n", parts[2].str(), parts[3].str());
   }
-  return text.empty() ? part("mark_pins") : text;
+  return pins;
 }
 
 /// "stem_00", "stem_01", ... as TOML strings.
@@ -219,13 +222,15 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
   return text;
 }
 
-std::string scene_text(const NewRigOptions& options, const NewDrape& drape) {
+/// Text of a scene; a hung drape without pins is held by two marks of its upper edge.
+std::string scene_text(const NewDrape& drape, const std::string& pins) {
   const std::string head = part("scene", fmt::arg("name", toml_quoted(drape.name)),
                                 fmt::arg("set", toml_quoted("drape_" + drape.name)));
   if (drape.kind == "hung")
-    return head + part("hung", fmt::arg("size", drape.size_mm)) + pins_of(options, drape);
+    return head + part("hung", fmt::arg("size", drape.size_mm)) +
+           (pins.empty() ? part("mark_pins") : pins);
   const std::string size = fmt::format("{:.1f}", drape.size_mm);
-  return head + part("flat_start") + part(drape.kind, fmt::arg("size", size));
+  return head + part("flat_start") + part(drape.kind, fmt::arg("size", size)) + pins;
 }
 
 }  // namespace
@@ -270,7 +275,7 @@ void fields(Fields& f, NewRigOptions& options) {
       Field{"stage", "NAME=Z_MM: name and height of a stage, instead of --stages-mm"}.per_flag(),
       options.stages);
   f.otherwise(
-      Field{"pin", "DRAPE=WARP_MM,WEFT_MM: held point of a hung cloth, from its corner"}.per_flag(),
+      Field{"pin", "DRAPE=WARP_MM,WEFT_MM: held point of the cloth, from its corner"}.per_flag(),
       options.pins);
   f.otherwise({"free_poses", "sets with the target anywhere", 1, 0, 99}, options.free_poses);
 }
@@ -283,6 +288,7 @@ int make_new_rig(const NewRigOptions& given, const CommonOptions& common) {
   check_name(name, "rig");
   const std::vector<NewDrape> drapes = drapes_of(options);
   check_plan(options);
+  std::map<std::string, std::string> pins = pins_of(options, drapes);
   std::vector<FoundCamera> found;
   if (options.cameras == std::vector<std::string>{"auto"} && !fs::exists(folder))
     found = found_cameras();
@@ -293,7 +299,7 @@ int make_new_rig(const NewRigOptions& given, const CommonOptions& common) {
   for (const auto& [file, text] : new_bench_files())
     if (file.starts_with("whole/")) write_durable(folder / file.substr(6), text);
   for (const NewDrape& drape : drapes)
-    write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(options, drape));
+    write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(drape, pins[drape.name]));
   if (!found.empty()) write_durable(folder / "cameras.toml", cameras_text(found));
   write_durable(folder / "rig.toml", rig);
   Ending ending;

@@ -82,7 +82,7 @@ TEST(NewRig, NamesStagesAndHeldPointsAsTheyAreTold) {
   const fs::path folder = place.path() / "my-rig";
   NewRigOptions options = three_drapes(folder);
   options.stages = {"stage_z000=0", "high=32.5"};
-  options.pins = {"D=0,25.5", "D=0,180"};
+  options.pins = {"D=0,25.5", "D=0,180", "C=200,0"};
   ASSERT_EQ(make(options), 0);
   for (const char* file : {"rig.toml", "target.toml", "print.toml", "scenes/D.toml"})
     fill_in(folder / file);
@@ -93,6 +93,11 @@ TEST(NewRig, NamesStagesAndHeldPointsAsTheyAreTold) {
   const Scene hung = read_scene(folder / "scenes/D.toml");
   ASSERT_EQ(hung.pins.size(), 2U);
   EXPECT_DOUBLE_EQ(hung.pins[0].at_material_m->y(), 25.5 * mm);
+  EXPECT_THAT(read_text(folder / "scenes/C.toml"), HasSubstr("at_material_mm = [200, 0]"));
+  NewRigOptions of_none = options;
+  of_none.folder = place.path() / "none";
+  of_none.pins = {"X=0,10"};
+  EXPECT_THAT(message_of([&] { static_cast<void>(make(of_none)); }), HasSubstr("names no drape"));
   options.folder = place.path() / "other";
   for (const auto& [stages, word] :
        {std::pair(std::vector<std::string>{"a=0", "a=30"}, "a set twice"),

@@ -580,11 +580,11 @@ std::optional<ModelRest> model_of(const DrapeInput& input, const Report& report)
   return model;
 }
 
-/// Text: ". Started from the measured shape, it rests 13.2 mm from the cloth (8 to 13 mm by
+/// Text: ". From the measured shape it rests 13.2 mm away (8 to 13 mm by
 /// friction 0.2 to 0.8, not measured), in another equilibrium (branch) than from the scene's
 /// start".
 std::string model_sentence(const ModelRest& model, const std::optional<double>& u_mm) {
-  std::string text = fmt::format(". Started from the measured shape, it rests {} mm from the cloth",
+  std::string text = fmt::format(". From the measured shape it rests {} mm away",
                                  figure(model.distance_m / mm, u_mm));
   if (!model.range.empty())
     text += fmt::format(" ({} to {} mm by {}, not measured)", figure(model.least_m / mm, u_mm),
@@ -800,8 +800,7 @@ MatchVerdict match_of(const DrapeInput& input, const Options& options, const Rep
     judge_by_limit(input, report, u_mm, verdict);
   } else {
     verdict.remedies = {"lay the cloth three times", "state tolerance_mm in the rig"};
-    verdict.reason =
-        "no limit is stated, and fewer than three layings show how far real drapes differ";
+    verdict.reason = "no limit is stated, and fewer than three layings";
   }
   if (verdict.model && verdict.match != Match::inside)
     verdict.reason += model_sentence(*verdict.model, u_mm);
