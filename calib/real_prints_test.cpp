@@ -168,6 +168,30 @@ JointModel printed(unsigned seed, double error_mm) {
   return model;
 }
 
+// A plate larger than the picture: its other points say nothing of the print's error.
+TEST(RealPrints, PointsOutOfViewDoNotDiluteThePrintsError) {
+  double print_rms_mm[2], focal_sd_px[2];
+  for (const int further : {0, 1}) {
+    JointModel views = test::forgotten(printed(7, 0.05));
+    views.board.shift_mm.clear();
+    for (int i = 0; i < 900 * further; ++i) {
+      views.board.drawn.emplace_back(0.2 + 0.02 * (i % 30), 0.02 * (i / 30), 0);
+      views.board.point_sd_mm.emplace_back(0.2, 0.2, 0.2);
+    }
+    start_joint(views);
+    JointOptions options;
+    options.lens = LensTerms::k1_k2;
+    options.board = BoardKind::free;
+    const JointResult result = calibrate_joint(views, 0, options);
+    EXPECT_EQ(result.report.status, "good");
+    print_rms_mm[further] = result.report.print_rms_mm;
+    focal_sd_px[further] = result.report.cameras[0].focal_sd_px;
+  }
+  // The estimate of the print's error settles to 5 %.
+  EXPECT_NEAR(print_rms_mm[1] / print_rms_mm[0], 1, 0.05);
+  EXPECT_NEAR(focal_sd_px[1] / focal_sd_px[0], 1, 0.05);
+}
+
 TEST(RealPrints, APrintsErrorIsFoundAndStated) {
   for (const double error_mm : {0.0, 0.05}) {
     const JointModel truth = printed(7, error_mm);

@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <random>
 
@@ -89,7 +90,9 @@ MoreParameters fit_more(const ViewsInformation& given, Index count) {
 constexpr double kHarmSigmas = 3;
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
-constexpr const char* kRemedy = "use a lens of less view, or pictures as the camera took them";
+constexpr const char* kRemedy =
+    "use a lens of less view, or undistort its pictures by a fisheye model (OpenCV's "
+    "fisheye::undistortImage) before they are imported and calibrate with those";
 
 /// Radius covered by a camera's points: largest distance from the axis at depth 1.
 double largest_radius(const JointModel& model, std::size_t camera) {
@@ -226,23 +229,61 @@ std::string fisheye(const JointModel& model, std::size_t index) {
   return best < 1 / std::sqrt(2.0) ? found : "";
 }
 
-std::string missing_term(const JointModel& model, const JointFit& fit, const ViewScatter& scatter,
-                         std::size_t index) {
-  const double reach = largest_radius(model, index);
-  const auto ninth = [&](const JointFrame& frame) -> Eigen::MatrixXd {
+/// Fits a further radial image height to a camera's points: `height_px` of the distance from the
+/// axis at depth 1.
+MoreParameters radial_term(const JointModel& model, const JointFit& fit, std::size_t index,
+                           const std::function<double(double)>& height_px) {
+  const auto column = [&](const JointFrame& frame) -> Eigen::MatrixXd {
     VectorXd d = VectorXd::Zero(2 * static_cast<Index>(frame.points.size()));
     if (frame.camera != index) return d;
     const CamFromTarget pose = model.cameras[index].camera.cam_from_world *
                                model.placements[frame.placement].world_from_target;
     for (std::size_t i = 0; i < frame.points.size(); ++i) {
       const Vector3d at = pose * frame.points[i].point_in_target;
-      const Vector2d place = at.head<2>() / at.z() / reach;
-      d.segment<2>(2 * static_cast<Index>(i)) = place * std::pow(place.squaredNorm(), 4);
+      const Vector2d place = at.head<2>() / at.z();
+      d.segment<2>(2 * static_cast<Index>(i)) = height_px(place.norm()) * place.normalized();
     }
     return d;
   };
-  const MoreParameters term = fit_more(information_by_view(model, fit, {1, ninth}), 1);
-  if (term.p * static_cast<double>(model.cameras.size()) > kFalseAlarms) return "";
+  return fit_more(information_by_view(model, fit, {1, column}), 1);
+}
+
+/// Tests Brown's lens against fisheye lenses (P test, Davidson and MacKinnon 1981): in
+/// (1 - s) Brown + s fisheye the share s is 0 for one and 1 for the other. Fisheye projections lie
+/// between the stereographic and the orthographic one.
+std::string likelier_fisheye(const JointModel& fitted, const JointFit& fit, std::size_t index) {
+  const auto stereographic = [](double radius) { return 2 * std::tan(std::atan(radius) / 2); };
+  const auto orthographic = [](double radius) { return std::sin(std::atan(radius)); };
+  const CameraModel& image = fitted.cameras[index].camera.model;
+  const auto& lens = std::get<BrownLens>(image.lens);
+  const double reach = largest_radius(fitted, index), squared = reach * reach;
+  if (!std::isfinite(reach)) return "";
+  const double brown = 1 + squared * (lens.k1 + squared * (lens.k2 + squared * lens.k3));
+  if (2 * brown > 1 + stereographic(reach) / reach) return "";  // nearer to a perspective image
+  const JointModel model = fit_joint(fitted, fit, {}).model;
+  const auto share_of = [&](const std::function<double(double)>& height) {
+    return radial_term(model, fit, index,
+                       [&](double radius) { return lens.fx_px * height(radius); });
+  };
+  const MoreParameters least = share_of(stereographic), most = share_of(orthographic);
+  const double p = std::max(least.p, most.p);
+  if (!(p * static_cast<double>(model.cameras.size()) < kFalseAlarms / 2)) return "";
+  if (!(least.estimate[0] > 0.5) || !(most.estimate[0] < 1.5)) return "";
+  return fmt::format(
+      "{}: its lens is wider than the lens model: a fisheye lens of about {:.0f} deg across "
+      "describes its points, up to {:.0f} deg off the axis, better than Brown's lens (probability "
+      "by chance {:.0e}); {}",
+      fitted.cameras[index].camera.name,
+      std::hypot(image.width_px, image.height_px) / lens.fx_px / units::deg,
+      std::atan(reach) / units::deg, p, kRemedy);
+}
+
+std::string missing_term(const JointModel& model, const JointFit& fit, const ViewScatter& scatter,
+                         std::size_t index) {
+  const double reach = largest_radius(model, index);
+  const MoreParameters term =
+      radial_term(model, fit, index, [&](double radius) { return std::pow(radius / reach, 9); });
+  if (term.p * static_cast<double>(model.cameras.size()) > kFalseAlarms / 2) return "";
   const auto focal = static_cast<Index>(index * moved_camera_parameters(fit).size());
   const double moved_px = std::abs(term.others(focal, 0) * term.estimate[0]);
   const double sigmas = moved_px / std::sqrt(scatter.covariance(focal, focal));
@@ -254,15 +295,17 @@ std::string missing_term(const JointModel& model, const JointFit& fit, const Vie
       model.cameras[index].camera.name, moved_px, sigmas, std::atan(reach) / units::deg, kRemedy);
 }
 
-/// Names the first camera whose lens is too wide for Brown's model; empty if there is none. Two
+/// Names the first camera whose lens is too wide for Brown's model; empty if there is none. Three
 /// tests: an equidistant fisheye lens combined with Brown's terms fits the camera's own views with
-/// residuals below 1/sqrt(2) (half the squares), or a further radial term changes the focal length
-/// by more than three stated standard deviations, judged by the views' scatter.
+/// residuals below 1/sqrt(2) (half the squares); a fisheye lens alone is likelier than Brown's by
+/// more than chance; or a further radial term changes the focal length by more than three stated
+/// standard deviations, judged by the views' scatter.
 std::string wide_lens(const JointModel& model, JointFit fit) {
   fit.lens = LensTerms::k1_k2_p1_p2_k3;
   const ViewScatter scatter = scatter_of_views(model, fit, 1);
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
     if (std::string reason = fisheye(model, c); !reason.empty()) return reason;
+    if (std::string reason = likelier_fisheye(model, fit, c); !reason.empty()) return reason;
     if (scatter.covariance.size() == 0) continue;
     if (std::string reason = missing_term(model, fit, scatter, c); !reason.empty()) return reason;
   }

@@ -233,6 +233,119 @@ TEST(Causes, AFisheyeLensIsNamedAtAnyPictureSize) {
   EXPECT_EQ(named, all);
 }
 
+/// Image height at focal length 1 by angle from the axis.
+using Projection = double (*)(double angle);
+double perspective(double angle) {
+  return std::tan(angle);
+}
+double equidistant(double angle) {
+  return angle;
+}
+double equisolid(double angle) {
+  return 2 * std::sin(angle / 2);
+}
+double stereographic(double angle) {
+  return 2 * std::tan(angle / 2);
+}
+
+/// Views of a board of 9 x 6 corners by parallel cameras whose lenses see `across_deg` over the
+/// picture's diagonal. The board lies anywhere in their pictures.
+JointModel wide_views(Projection height, int cameras, int width_px, double across_deg,
+                      unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> unit(0, 1);
+  const int height_px = width_px * 3 / 4;
+  const double half = across_deg / 2 * units::deg;
+  const double focal_px = std::hypot(width_px, height_px) / 2 / height(half);
+  JointModel model;
+  model.world_by_first_view = true;
+  model.board.half_m = {0.12, 0.075};
+  model.board.mean = {0.417, 0.467};  // mean of 9 and of 6 equally spaced points
+  std::vector<CamFromWorld> poses(static_cast<std::size_t>(cameras));
+  for (int c = 0; c < cameras; ++c) {
+    JointCamera camera;
+    camera.camera.name = "cam" + std::to_string(c);
+    camera.camera.model = {BrownLens{}, width_px, height_px};
+    model.cameras.push_back(camera);
+    auto& pose = poses[static_cast<std::size_t>(c)];
+    pose.translation_m = {-0.06 * c, 0, 0};
+    pose.rotation = rotation_about(0.03 * c * Eigen::Vector3d(normal(random), 1, normal(random)));
+  }
+  while (model.placements.size() < 16) {
+    const double around = 6.283 * unit(random), off = 0.75 * half * unit(random);
+    const Eigen::Vector3d towards(std::sin(off) * std::cos(around),
+                                  std::sin(off) * std::sin(around), std::cos(off));
+    WorldFromTarget place;
+    place.translation_m = (0.12 + 0.28 * unit(random)) * towards;
+    const Eigen::Vector3d tilt(normal(random), normal(random), 0.3 * normal(random));
+    place.rotation =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), towards).toRotationMatrix() *
+        rotation_about(3.1416 * Eigen::Vector3d::UnitX()) *
+        rotation_about((0.1 + 0.8 * unit(random)) * tilt.normalized());
+    std::vector<JointFrame> frames;
+    bool whole = true;
+    for (std::size_t c = 0; c < poses.size(); ++c) {
+      JointFrame frame{c, model.placements.size(), {}};
+      for (int dot = 0; dot < 54; ++dot) {
+        const Eigen::Vector3d flat((dot % 9 - 4) * 0.03, (dot / 9 - 2.5) * 0.03, 0);
+        const Eigen::Vector3d at = poses[c] * (place * flat);
+        const double radius = at.head<2>().norm();
+        const Eigen::Vector2d px =
+            focal_px * height(std::atan2(radius, at.z())) * at.head<2>() / std::max(radius, 1e-9) +
+            Eigen::Vector2d(width_px - 1, height_px - 1) / 2;
+        whole = whole && px.minCoeff() > 8 && px.x() < width_px - 8 && px.y() < height_px - 8;
+        frame.points.push_back({{dot / 9, dot % 9},
+                                flat,
+                                px + 0.05 * Eigen::Vector2d(normal(random), normal(random)),
+                                0.0025 * Eigen::Matrix2d::Identity()});
+      }
+      frames.push_back(std::move(frame));
+    }
+    if (!whole) continue;
+    model.placements.push_back({"view" + std::to_string(model.placements.size()), {}, false});
+    model.frames.insert(model.frames.end(), frames.begin(), frames.end());
+  }
+  return model;
+}
+
+JointResult calibrated_alone(JointModel views) {
+  start_joint(views);
+  return calibrate_joint(views, 0, {});
+}
+
+// Brown's five terms describe an equidistant lens of 130 degrees to some tenths of a pixel.
+TEST(Causes, AFisheyeLensIsNamedAloneAndInPairs) {
+  for (const Projection height : {equidistant, equisolid, stereographic}) {
+    for (const int cameras : {1, 2}) {
+      for (const int width_px : {1280, 320}) {
+        for (const double across_deg : {130, 170}) {
+          for (int seed = 0; seed < test::trial_count(1, 20); ++seed) {
+            EXPECT_THAT(calibrated_alone(wide_views(height, cameras, width_px, across_deg,
+                                                    static_cast<unsigned>(seed)))
+                            .report.status,
+                        HasSubstr("wider than the lens model"))
+                << height(1) << " at 1 rad, " << cameras << " cameras, " << width_px << " px, "
+                << across_deg << " deg, " << seed;
+          }
+        }
+      }
+    }
+  }
+}
+
+// The remedy of a fisheye lens: its pictures undistorted to a perspective image.
+TEST(Causes, AWidePerspectiveImageIsNoFisheye) {
+  for (const int cameras : {1, 2})
+    for (const double across_deg : {70, 90, 110})
+      for (int seed = 0; seed < test::trial_count(2, 50); ++seed)
+        EXPECT_EQ(calibrated_alone(wide_views(perspective, cameras, 1280, across_deg,
+                                              static_cast<unsigned>(seed)))
+                      .report.status,
+                  "good")
+            << cameras << " cameras, " << across_deg << " deg, " << seed;
+}
+
 TEST(Causes, RigsWithoutAFaultAreNotAccused) {
   int accused = 0;
   for (int seed = 0; seed < 2 * cases(); ++seed) {

@@ -262,5 +262,44 @@ TEST_F(Boards, ADotGridWithoutTagsIsFoundAndCalibrates) {
       "kind = \"dot-grid\"\nrows = 7\ncols = 10\npitch_mm = 24\ndot_diameter_mm = 10\n", 0.25);
 }
 
+// VIC-3D's calibration, very likely of this rig, which comes with the pictures of the DIC
+// challenge.
+TEST_F(Boards, ARealPlateOfImageCorrelationGivesTheValuesOfAnotherProgram) {
+  const auto pictures = reference_data("dic-dots/real");
+  if (!pictures) GTEST_SKIP() << "the reference data lack dic-dots";
+  fs::create_directories(at("pictures"));
+  for (const char* number : {"1", "2", "3", "4", "5", "6"})
+    for (const auto& [side, camera] : {std::pair("_0", "left"), std::pair("_1", "right")})
+      fs::copy_file(*pictures / (std::string("CalB-sys2-000") + number + side + ".jpeg"),
+                    at("pictures") / (std::string(camera) + number + ".jpg"));
+  write_durable(at("target.toml"),
+                "schema = \"drapebench/target/1\"\nkind = \"dot-grid\"\nrows = 30\ncols = 30\n"
+                "pitch_mm = 3.5\ndot_diameter_mm = 1.4\n"
+                "hollow = [[12, 12], [12, 17], [15, 12]]\nhollow_diameter_mm = 0.5\n");
+  run("drape calib images " + at("pictures").string() + " --target " + at("target.toml").string() +
+      " --out " + at("out").string());
+  const Calibration found = read_calibration(at("out") / "calibration.json");
+  EXPECT_FALSE(found.no_go.has_value());
+  ASSERT_EQ(found.cameras.size(), 2U);
+  const double theirs[2][4] = {{12577, 12577, 1202.5, 1056.0}, {12584, 12584, 1218.0, 1007.7}};
+  for (std::size_t c = 0; c < 2; ++c) {
+    const auto& lens = std::get<BrownLens>(found.cameras[c].camera.model.lens);
+    const double ours[] = {lens.fx_px, lens.fy_px, lens.cx_px, lens.cy_px};
+    for (int i = 0; i < 4; ++i) {
+      const double sd = std::sqrt(found.cameras[c].covariance(i, i));
+      EXPECT_NEAR(ours[i], theirs[c][i], 1.96 * sd) << c << ", " << i;
+    }
+  }
+  const CamFromWorld &left = found.cameras[0].camera.cam_from_world,
+                     &right = found.cameras[1].camera.cam_from_world;
+  EXPECT_NEAR(
+      (centre_in_world(found.cameras[0].camera) - centre_in_world(found.cameras[1].camera)).norm() /
+          mm,
+      89.64, 0.01 * 89.64);
+  EXPECT_NEAR(
+      Eigen::AngleAxisd(Eigen::Matrix3d(right.rotation * left.rotation.transpose())).angle() / deg,
+      27.62, 1);
+}
+
 }  // namespace
 }  // namespace drape::test
