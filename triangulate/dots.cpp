@@ -42,10 +42,7 @@ std::optional<Outline> outline_of(const View& view, const Vector3d& in_world, do
   if (!image || !(view.semi_axes_px.minCoeff() > 0)) return std::nullopt;
   Outline outline;
   outline.px_from_world = radius_m * image->d_px_d_point * camera.cam_from_world.rotation;
-  const Vector2d major(std::cos(view.axis_angle_rad), std::sin(view.axis_angle_rad));
-  const Vector2d minor(-major.y(), major.x());
-  const Vector2d squared = view.semi_axes_px.cwiseAbs2();
-  outline.shape = squared[0] * major * major.transpose() + squared[1] * minor * minor.transpose();
+  outline.shape = view.shape_px2();
   const double scale = outline.px_from_world.squaredNorm() / 2;
   outline.px_from_world /= std::sqrt(scale);
   outline.shape /= scale;

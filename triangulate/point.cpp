@@ -173,6 +173,13 @@ void add_frame(const FrameDetections& frame, const MarkLattice& lattice, const V
 
 }  // namespace
 
+Eigen::Matrix2d View::shape_px2() const {
+  const Eigen::Vector2d major(std::cos(axis_angle_rad), std::sin(axis_angle_rad));
+  const Eigen::Vector2d minor(-major.y(), major.x());
+  const Eigen::Vector2d squared = semi_axes_px.cwiseAbs2();
+  return squared[0] * major * major.transpose() + squared[1] * minor * minor.transpose();
+}
+
 Matrix3d Point::covariance_m2() const {
   return detection_covariance_m2 + shape_covariance_m2 + calibration_covariance_m2;
 }

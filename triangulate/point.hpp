@@ -35,6 +35,9 @@ struct View {
   /// Null if the cameras were calibrated separately, each with its own covariance.
   const InJointCovariance* joint = nullptr;
   SharedUnknowns shape_px = SharedUnknowns(2, 0);  ///< unknowns of the dot's shape; see dots.hpp
+
+  /// Matrix of the dot's ellipse, px^2: squared semi-axes along its axes.
+  [[nodiscard]] Eigen::Matrix2d shape_px2() const;
 };
 
 struct Point {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -20,77 +21,151 @@ using units::mm;
 
 namespace {
 
-/// A camera that faces the printed side of a mark without a point.
-struct Looker {
-  std::string camera;
-  double angle_deg = 0;  ///< angle from the normal of the printed side
+/// Position and printed side of a mark without a point.
+struct Facing {
+  Eigen::Vector3d at, face;
+  double bending = 0;  ///< squared distances (m^2) of marks from its plane, by (steps^2)^2
 };
 
-/// Cameras that face the printed side of a mark without a point and have it within their image,
-/// judged by the plane through measured marks up to two steps away; occlusion is not considered.
-/// nullopt if these marks do not determine a plane.
-std::optional<std::vector<Looker>> lookers_at(MarkId mark, const std::vector<SheetMark>& placed,
-                                              const std::vector<const CalibratedCamera*>& cameras) {
-  constexpr int kNearSteps = 2;
-  constexpr double kLeastAcross = 0.4;  // least spread of neighbours across their line, in steps
-  std::vector<const SheetMark*> near;
-  for (const SheetMark& other : placed) {
-    const MarkId step = other.mark - mark;
-    if (std::max(std::abs(step.row), std::abs(step.col)) <= kNearSteps) near.push_back(&other);
+using Near = std::vector<const SheetMark*>;
+
+/// Facing by the four measured marks beside a mark; nullopt if one of them is a gap, since beyond
+/// the measured marks a fold may turn the cloth any way.
+std::optional<Facing> facing_by_neighbours(MarkId mark, const Near& near) {
+  const auto beside = [&](int rows, int cols) -> const SheetMark* {
+    const auto found = std::ranges::find(near, MarkId{mark.row + rows, mark.col + cols},
+                                         [](const SheetMark* other) { return other->mark; });
+    return found == near.end() ? nullptr : *found;
+  };
+  const SheetMark *up = beside(-1, 0), *down = beside(1, 0), *left = beside(0, -1),
+                  *right = beside(0, 1);
+  if (!up || !down || !left || !right) return std::nullopt;
+  const Eigen::Vector3d along = down->point_in_world - up->point_in_world,
+                        across = right->point_in_world - left->point_in_world;
+  return Facing{
+      (up->point_in_world + down->point_in_world + left->point_in_world + right->point_in_world) /
+          4,
+      along.cross(across).normalized()};
+}
+
+/// Two facings by the ellipse of a dot's only view: its size gives the distance, its shape two
+/// normals. First the one whose tangent plane the measured marks near it lie nearer to, as far as
+/// bending lifts marks off a plane, by the square of the steps. Empty without either.
+std::vector<Facing> facings_by_ellipse(const View& view, MarkId mark, const Near& near,
+                                       double radius_m) {
+  const Camera& camera = view.camera->camera;
+  const auto ray = unproject(camera.model, view.px);
+  const auto image = ray ? project(camera.model, *ray) : std::nullopt;
+  if (!image || near.empty() || !(view.semi_axes_px.minCoeff() > 0)) return {};
+  // Derivative of pixels at a distance of one radius, where a dot spans map (1 - n n') map'.
+  const Eigen::Matrix<double, 2, 3>& map = image->d_px_d_point;
+  const Eigen::Matrix2d shape = view.shape_px2();
+  const Eigen::Matrix2d sphere = map * map.transpose();
+  const double squared =
+      Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix2d>(sphere, shape).eigenvalues()(0);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> rest(sphere - squared * shape);
+  const Eigen::Vector3d across = map.transpose() * sphere.inverse() *
+                                 std::sqrt(std::max(0.0, rest.eigenvalues()(1))) *
+                                 rest.eigenvectors().col(1);
+  const Eigen::Matrix3d world_from_cam = camera.cam_from_world.rotation.transpose();
+  std::vector<Facing> facings;
+  for (const double side : {1.0, -1.0}) {
+    Facing& facing = facings.emplace_back();
+    facing.at = centre_in_world(camera) + std::sqrt(squared) * radius_m * (world_from_cam * *ray);
+    facing.face = world_from_cam *
+                  (side * across - std::sqrt(std::max(0.0, 1 - across.squaredNorm())) * *ray);
+    for (const SheetMark* other : near) {
+      const MarkId step = other->mark - mark;
+      facing.bending += std::pow(facing.face.dot(other->point_in_world - facing.at) /
+                                     (step.row * step.row + step.col * step.col),
+                                 2);
+    }
   }
-  const auto count = static_cast<Eigen::Index>(near.size());
-  if (count < 4) return std::nullopt;
-  // Position, step along the warp, step along the weft.
-  Eigen::MatrixX3d steps(count, 3), places(count, 3);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const MarkId step = near[static_cast<std::size_t>(i)]->mark - mark;
-    steps.row(i) << 1, step.row, step.col;
-    places.row(i) = near[static_cast<std::size_t>(i)]->point_in_world.transpose();
-  }
-  const Eigen::Matrix3d normal = steps.transpose() * steps;
-  const Eigen::Matrix2d spread = (normal.bottomRightCorner<2, 2>() -
-                                  normal.block<2, 1>(1, 0) * normal.block<1, 2>(0, 1) / count) /
-                                 count;
-  if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvalues()(0) <
-      kLeastAcross * kLeastAcross)
-    return std::nullopt;
-  const Eigen::Matrix3d plane = normal.ldlt().solve(steps.transpose() * places).transpose();
-  const Eigen::Vector3d at = plane.col(0), face = plane.col(1).cross(plane.col(2)).normalized();
+  if (facings[1].bending < facings[0].bending) std::swap(facings[0], facings[1]);
+  return facings;
+}
+
+/// A camera that has a mark without a point within its image.
+struct Looker {
+  std::string camera;
+  double angle_deg = 0;  ///< angle from the normal of the printed side; the back from 90 degrees on
+};
+
+/// Cameras, except the mark's own, that have it within their image.
+std::vector<Looker> lookers_at(const Facing& facing, const MarkViews& mark,
+                               const std::vector<const CalibratedCamera*>& cameras) {
   std::vector<Looker> lookers;
   for (const CalibratedCamera* calibrated : cameras) {
     const Camera& camera = calibrated->camera;
-    const auto seen = project(camera.model, camera.cam_from_world * at);
-    if (!seen || seen->px.minCoeff() < 0 || seen->px.x() > camera.model.width_px - 1 ||
+    const auto seen = project(camera.model, camera.cam_from_world * facing.at);
+    if ((!mark.views.empty() && mark.views.front().camera == calibrated) || !seen ||
+        seen->px.minCoeff() < 0 || seen->px.x() > camera.model.width_px - 1 ||
         seen->px.y() > camera.model.height_px - 1)
       continue;
-    const double angle_deg =
-        std::acos(std::clamp(face.dot((centre_in_world(camera) - at).normalized()), -1.0, 1.0)) /
-        units::deg;
-    if (angle_deg < 90) lookers.push_back({camera.name, angle_deg});
+    const Eigen::Vector3d towards = (centre_in_world(camera) - facing.at).normalized();
+    lookers.push_back(
+        {camera.name, std::acos(std::clamp(facing.face.dot(towards), -1.0, 1.0)) / deg});
   }
   return lookers;
 }
 
-/// Reason for a gap with fewer than two views, such as "seen by one camera, measured by none: cam0
-/// at 71 degrees".
+/// Cameras that look at a mark; occlusion is not considered. nullopt if it is not known where the
+/// mark lies and faces.
+std::optional<std::vector<Looker>> lookers_at(const MarkViews& mark,
+                                              const std::vector<SheetMark>& placed,
+                                              const std::vector<const CalibratedCamera*>& cameras,
+                                              const MarkLattice& lattice) {
+  constexpr int kNearSteps = 2;
+  // F(3, 3) at 5 %: a bending has three numbers.
+  constexpr double kClearlyFlatter = 9.28;
+  Near near;
+  for (const SheetMark& other : placed) {
+    const MarkId step = other.mark - mark.mark;
+    if (std::max(std::abs(step.row), std::abs(step.col)) <= kNearSteps) near.push_back(&other);
+  }
+  std::vector<Facing> facings;
+  if (!mark.views.empty())
+    facings = facings_by_ellipse(mark.views.front(), mark.mark, near, lattice.dot_diameter_m / 2);
+  if (facings.empty()) {
+    const auto facing = facing_by_neighbours(mark.mark, near);
+    if (!facing) return std::nullopt;
+    facings.push_back(*facing);
+  }
+  std::vector<Looker> lookers = lookers_at(facings[0], mark, cameras);
+  if (facings.size() < 2 || facings[1].bending > kClearlyFlatter * facings[0].bending)
+    return lookers;
+  // Of two normals that may be, the one at which fewer cameras look that did not measure it.
+  std::vector<Looker> others = lookers_at(facings[1], mark, cameras);
+  const auto facing = [](const Looker& looker) { return looker.angle_deg < 90; };
+  return std::ranges::count_if(others, facing) < std::ranges::count_if(lookers, facing) ? others
+                                                                                        : lookers;
+}
+
+/// Reason for a gap with fewer than two views, such as "seen by one camera (cam0); its face is
+/// turned away from cam1; not measured by cam2 at 71 degrees".
 std::string too_few_views(const MarkViews& mark,
                           const std::optional<std::vector<Looker>>& lookers) {
   const std::string* own = mark.views.empty() ? nullptr : &mark.views.front().camera->camera.name;
-  std::vector<std::string> others;
-  for (const Looker& looker : lookers.value_or(std::vector<Looker>{}))
-    if (own == nullptr || looker.camera != *own)
-      others.push_back(fmt::format("{} at {:.0f} degrees", looker.camera, looker.angle_deg));
-  const std::string from = fmt::format("{}", fmt::join(others, ", "));
-  std::string reason = "seen by no camera";
+  std::vector<std::string> looking, behind;
+  for (const Looker& looker : lookers.value_or(std::vector<Looker>{})) {
+    if (looker.angle_deg < 90)
+      looking.push_back(fmt::format("{} at {:.0f} degrees", looker.camera, looker.angle_deg));
+    else
+      behind.push_back(looker.camera);
+  }
+  const std::string from = fmt::format("{}", fmt::join(looking, ", "));
+  std::string reason = "measured by no camera";
   if (own != nullptr)
-    reason = fmt::format("seen by one camera ({}){}", *own,
-                         others.empty() ? "" : "; not measured by " + from);
-  else if (!others.empty())
+    reason = fmt::format("seen by one camera ({})", *own);
+  else if (!looking.empty())
     reason = fmt::format(
         "seen by {}, measured by none: {}",
-        others.size() == 1 ? "one camera" : fmt::format("{} cameras", others.size()), from);
-  else if (lookers)
-    reason += ": none looks at its printed face";
+        looking.size() == 1 ? "one camera" : fmt::format("{} cameras", looking.size()), from);
+  else if (lookers && mark.refused.empty())
+    reason = "seen by no camera: none looks at its printed face";
+  if (own != nullptr && !behind.empty())
+    reason += fmt::format("; its face is turned away from {}", fmt::join(behind, ", "));
+  if (own != nullptr && !looking.empty()) reason += "; not measured by " + from;
   for (const std::string& refused : mark.refused) reason += "; " + refused;
   return reason;
 }
@@ -460,7 +535,7 @@ std::vector<SheetMark> fill_sheet(const std::vector<MarkViews>& marks,
       sheet.gaps.push_back(
           {marks[i].mark,
            marks[i].views.size() < 2
-               ? too_few_views(marks[i], lookers_at(marks[i].mark, sheet.marks, cameras))
+               ? too_few_views(marks[i], lookers_at(marks[i], sheet.marks, cameras, lattice))
                : placed[i].agreed.gap_reason});
     }
   }
