@@ -316,22 +316,18 @@ JointResult calibrated_alone(JointModel views) {
 
 // Brown's five terms describe an equidistant lens of 130 degrees to some tenths of a pixel.
 TEST(Causes, AFisheyeLensIsNamedAloneAndInPairs) {
-  for (const Projection height : {equidistant, equisolid, stereographic}) {
-    for (const int cameras : {1, 2}) {
-      for (const int width_px : {1280, 320}) {
-        for (const double across_deg : {130, 170}) {
-          for (int seed = 0; seed < test::trial_count(1, 20); ++seed) {
-            EXPECT_THAT(calibrated_alone(wide_views(height, cameras, width_px, across_deg,
-                                                    static_cast<unsigned>(seed)))
-                            .report.status,
-                        HasSubstr("wider than the lens model"))
-                << height(1) << " at 1 rad, " << cameras << " cameras, " << width_px << " px, "
-                << across_deg << " deg, " << seed;
-          }
-        }
-      }
-    }
-  }
+  const std::pair<Projection, int> lenses[] = {
+      {equidistant, 1280}, {equisolid, 640}, {stereographic, 320}};
+  for (const auto& [height, width_px] : lenses)
+    for (const int cameras : {1, 2})
+      for (const double across_deg : {130, 170})
+        for (int seed = 0; seed < test::trial_count(1, 20); ++seed)
+          EXPECT_THAT(calibrated_alone(wide_views(height, cameras, width_px, across_deg,
+                                                  static_cast<unsigned>(seed)))
+                          .report.status,
+                      HasSubstr("wider than the lens model"))
+              << height(1) << " at 1 rad, " << cameras << " cameras, " << width_px << " px, "
+              << across_deg << " deg, " << seed;
 }
 
 // The remedy of a fisheye lens: its pictures undistorted to a perspective image.
