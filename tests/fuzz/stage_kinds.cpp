@@ -75,7 +75,7 @@ fs::path make_published(const fs::path& folder) {
 }
 
 /// Writes an imported fabric as its command does, which judges it.
-void write_anew(const fs::path& file, const simulate::ImportedFabric& fabric) {
+void write_and_judge(const fs::path& file, const simulate::ImportedFabric& fabric) {
   fs::remove_all(file.parent_path() / "imported");
   static_cast<void>(simulate::write_imported(file.parent_path() / "imported", fabric));
 }
@@ -96,12 +96,13 @@ std::vector<Kind> stage_kinds() {
       {"fabric", make_fabric,
        [](const fs::path& f) { static_cast<void>(simulate::read_fabric(f)); }},
       {"kes", with("kes.csv", kKesSheet),
-       [](const fs::path& f) { write_anew(f, simulate::import_kes(f, "cotton")); }},
+       [](const fs::path& f) { write_and_judge(f, simulate::import_kes(f, "cotton")); }},
       {"fast", with("fast.csv", kFastSheet),
-       [](const fs::path& f) { write_anew(f, simulate::import_fast(f, "wool")); }, true, "EB5"},
+       [](const fs::path& f) { write_and_judge(f, simulate::import_fast(f, "wool")); }, true,
+       "EB5"},
       {"u3m", with("cupro.u3m", kMaterial),
-       [](const fs::path& f) { write_anew(f, simulate::import_u3m(f, "cupro", "dyn.cm")); }, true,
-       "another type|size"},  // its numbers may be texts; its schema is not read
+       [](const fs::path& f) { write_and_judge(f, simulate::import_u3m(f, "cupro", "dyn.cm")); },
+       true, "another type|size"},  // its numbers may be texts; its schema is not read
       // Numbers may be absent; all else are free texts.
       {"published", make_published, import_all, true, "."},
       {"other_mesh", with("other.toml", kOtherMesh, "other.ply", kOtherPly),
