@@ -363,6 +363,24 @@ TEST(TotalUncertainty, HoldsSheetsThatCoincideButForManyErrors) {
   }
 }
 
+/// Errors of each mark by itself have as many degrees of freedom as the marks have coordinates.
+TEST(TotalUncertainty, HoldsSheetsThatCoincideButForEachMarksError) {
+  constexpr int kMarks = 100, kDraws = 400;
+  std::mt19937 random(12);
+  std::normal_distribution<double> normal(0, 0.1 * mm);
+  int within = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    BudgetInputs inputs;
+    inputs.marks_m = 0.1 * mm / std::sqrt(kMarks);
+    inputs.differences_m = Eigen::MatrixX3d::NullaryExpr(kMarks, 3, [&] { return normal(random); });
+    const double mean_m = inputs.differences_m.rowwise().norm().mean(),
+                 inputs_m = budget_of(inputs).inputs_m;
+    within += mean_m <= inputs_m;
+    EXPECT_LE(inputs_m, 1.5 * mean_m);
+  }
+  EXPECT_GE(within, kDraws * (0.95 - 3 * std::sqrt(0.05 * 0.95 / kDraws)));
+}
+
 /// Errors across a distance add to its square: 3 mm across 4 mm make 5 mm.
 TEST(TotalUncertainty, HoldsWhatErrorsLengthenADistanceBy) {
   EXPECT_NEAR(lengthened_m(5 * mm, 3 * mm), 1 * mm, 1e-12);

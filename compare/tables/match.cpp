@@ -47,7 +47,10 @@ class Displacements {
   /// States the part of the added fields that every drape has; it does not scatter.
   void set_common(MatrixX3d field_m) { common_m_ = std::move(field_m); }
   /// Errors of each mark by itself.
-  void add_independent(double length_m) { squares_m2_.array() += length_m * length_m; }
+  void add_independent(double length_m) {
+    squares_m2_.array() += length_m * length_m;
+    independent_m2_ += length_m * length_m;
+  }
 
   /// Bound of the mean displacement that 95 of 100 drapes keep: the mean of norms is at most
   /// (mean s mean(|e|^2 / s))^(1/2), s the root mean square of each mark's displacement e
@@ -65,14 +68,20 @@ class Displacements {
     double squares_m4 = -std::pow(product_m2(common_m_, common_m_), 2);
     for (const MatrixX3d& one : fields_m_)
       for (const MatrixX3d& other : fields_m_) squares_m4 += std::pow(product_m2(one, other), 2);
-    const double dof = squares_m4 > 0 ? std::pow(mean_m, 4) / squares_m4 : kManyDof;
+    // An independent error of each mark is three fields, each of which moves that mark alone.
+    squares_m4 += weights.square().sum() * independent_m2_ * independent_m2_ / 3;
+    for (const MatrixX3d& one : fields_m_)
+      squares_m4 +=
+          2 * independent_m2_ / 3 * (weights.square() * one.rowwise().squaredNorm().array()).sum();
+    const double dof = std::pow(mean_m, 4) / std::max(squares_m4, std::pow(mean_m, 4) / kManyDof);
     return mean_m * std::sqrt(chi_square_beyond(1 - kConfidence, dof) / dof);
   }
 
  private:
-  static constexpr double kManyDof = 1e6;
+  static constexpr double kManyDof = 1e4;  // the bound is then 1 % above the root mean square
 
   Eigen::VectorXd squares_m2_;
+  double independent_m2_ = 0;
   MatrixX3d common_m_;
   std::vector<MatrixX3d> fields_m_;
 };
