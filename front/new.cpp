@@ -11,6 +11,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/files/new_folder.hpp"
 #include "core/program/words.hpp"
 #include "front/check.hpp"
 #include "front/process.hpp"
@@ -293,15 +294,14 @@ int make_new_rig(const NewRigOptions& given, const CommonOptions& common) {
   if (options.cameras == std::vector<std::string>{"auto"} && !fs::exists(folder))
     found = found_cameras();
   const std::string rig = rig_text(options, name, drapes, found);
-  if (fs::exists(folder))
-    throw bad_input("the folder exists", {.file = folder.string()},
-                    "name a new folder; nothing in this one was changed");
+  std::vector<std::pair<std::string, std::string>> files;
   for (const auto& [file, text] : new_bench_files())
-    if (file.starts_with("whole/")) write_durable(folder / file.substr(6), text);
+    if (file.starts_with("whole/")) files.emplace_back(file.substr(6), text);
   for (const NewDrape& drape : drapes)
-    write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(drape, pins[drape.name]));
-  if (!found.empty()) write_durable(folder / "cameras.toml", cameras_text(found));
-  write_durable(folder / "rig.toml", rig);
+    files.emplace_back("scenes/" + drape.name + ".toml", scene_text(drape, pins[drape.name]));
+  if (!found.empty()) files.emplace_back("cameras.toml", cameras_text(found));
+  files.emplace_back("rig.toml", rig);
+  write_new_folder(folder, files);
   Ending ending;
   ending.verdict = "the files of a new bench are written";
   ending.numbers = {{"rig", folder.string()},

@@ -19,6 +19,7 @@
 
 #include "core/fields/records.hpp"
 #include "core/files/json_file.hpp"
+#include "core/files/new_folder.hpp"
 #include "core/files/number_range.hpp"
 
 namespace drape {
@@ -219,6 +220,29 @@ void remove_durable(const fs::path& file) {
     sync_folder(file.has_parent_path() ? file.parent_path() : fs::path("."), file);
   else if (errno != ENOENT && errno != ENOTDIR)
     fail_to_write(file, errno);
+}
+
+void write_new_folder(const fs::path& folder,
+                      const std::vector<std::pair<std::string, std::string>>& files,
+                      const std::function<void(const fs::path&)>& judge) {
+  if (fs::exists(folder))
+    throw bad_input("the folder exists", {.file = folder.string()},
+                    "name a new folder; nothing in this one was changed");
+  const fs::path partial = folder.parent_path() / ("." + folder.filename().string() + ".partial");
+  std::error_code ignored;
+  fs::remove_all(partial, ignored);
+  try {
+    for (const auto& [name, text] : files) write_durable(partial / name, text);
+    if (judge) judge(partial);
+    if (::rename(partial.c_str(), folder.c_str()) != 0) fail_to_write(folder, errno);
+  } catch (const Error& error) {
+    fs::remove_all(partial, ignored);
+    Where where = error.where();
+    if (where.file.starts_with(partial.string()))
+      where.file.replace(0, partial.string().size(), folder.string());
+    throw Error(error.kind(), error.what_failed(), where, error.what_to_do());
+  }
+  sync_folder(folder.has_parent_path() ? folder.parent_path() : fs::path("."), folder);
 }
 
 void require_target(const fs::path& file) {

@@ -10,6 +10,7 @@
 
 #include "core/fields/records.hpp"
 #include "core/files/files.hpp"
+#include "core/files/new_folder.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/laws.hpp"
@@ -478,27 +479,20 @@ ImportedFabric import_u3m(const fs::path& file, const std::string& name,
 }
 
 std::vector<std::string> write_imported(const fs::path& folder, const ImportedFabric& fabric) {
-  if (fs::exists(folder))
-    throw bad_input("the folder exists", {.file = folder.string()}, "name a new one");
-  const auto take_back = [&] {
-    for (const auto& [name, text] : fabric.curves) fs::remove(folder / name);
-    fs::remove(folder / "fabric.toml");
-    fs::remove(folder);
-  };
+  auto files = fabric.curves;
+  files.emplace_back("fabric.toml", fabric.toml);
+  std::vector<std::string> warnings;
   try {
-    for (const auto& [name, text] : fabric.curves) write_durable(folder / name, text);
-    write_durable(folder / "fabric.toml", fabric.toml);
-    const Fabric read = read_fabric(folder / "fabric.toml");
-    require_textile(read);
-    return read.warnings;
+    write_new_folder(folder, files, [&](const fs::path& written) {
+      const Fabric read = read_fabric(written / "fabric.toml");
+      require_textile(read);
+      warnings = read.warnings;
+    });
   } catch (const Error& error) {
-    take_back();
     throw Error(error.kind(), error.what_failed(), in_source(fabric, error.where()),
                 error.what_to_do());
-  } catch (...) {
-    take_back();
-    throw;
   }
+  return warnings;
 }
 
 std::vector<PublishedFabric> read_published(const fs::path& file) {

@@ -174,6 +174,9 @@ std::vector<Situation> situations() {
       {"capture", add_replayed_cameras,
        "capture rig --set drape_C --out recording --patience-s 300", "capture verify recording", "",
        "the recording already holds this set"},
+      {"new_bench", [](const fs::path&) {}, "new bench --cameras a,b --drape A=sphere:90",
+       "new --help", "", "the folder exists"},
+      {"print", add_rig, "print cloth rig/print.toml --out cloth.pdf", "check rig"},
       // The sheets of that store's comparisons no longer exist.
       {"migration", add_old_store, "results import out --store old/results.sqlite",
        "results verify --no-recompute --store old/results.sqlite", "old/results.sqlite"},
