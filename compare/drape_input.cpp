@@ -39,11 +39,6 @@ Branch branch_from(const ListedBranch& one, const BranchList& list) {
   return branch;
 }
 
-bool touches_a_mark(const std::string& key) {
-  return !key.ends_with("_uncertainty_mm") && !key.ends_with(".on_stand") &&
-         key.find(".tags_") == std::string::npos;
-}
-
 /// Value of a key; absent ones, such as a yaw or an edge radius, are 0.
 std::string value_of(const Surroundings& values, const std::string& key) {
   const auto found = values.find(key);
@@ -408,7 +403,9 @@ std::optional<std::string> difference_of(const Surroundings& asked, const Surrou
   all.insert(other.begin(), other.end());
   for (const auto& [key, any] : all) {
     const std::string one = value_of(asked, key), its = value_of(other, key);
-    if (!touches_a_mark(key) || one == its) continue;
+    if (key.ends_with("_uncertainty_mm") || key.ends_with(".on_stand") ||
+        key.find(".tags_") != std::string::npos || one == its)
+      continue;  // touches no mark
     return fmt::format("{} is {} {}, {} for the marks", key, its, in_other, one);
   }
   return std::nullopt;

@@ -162,10 +162,6 @@ double grey_contrast(const Grey& image) {
   return counted_quantile(counts, 0.95) - counted_quantile(counts, 0.05);
 }
 
-bool is_same_size(const Grey& a, const Grey& b) {
-  return a.rows() == b.rows() && a.cols() == b.cols();
-}
-
 }  // namespace
 
 StillWatch::StillWatch(std::vector<std::string> cameras, StillOptions options)
@@ -174,7 +170,7 @@ StillWatch::StillWatch(std::vector<std::string> cameras, StillOptions options)
 }
 
 bool StillWatch::moved(const Grey& before, const Grey& now) const {
-  if (!is_same_size(before, now)) return true;
+  if (before.rows() != now.rows() || before.cols() != now.cols()) return true;
   Counts counts{};
   const Eigen::MatrixXi change = (now.cast<int>() - before.cast<int>()).cwiseAbs();
   for (const int levels : change.reshaped()) ++counts[static_cast<std::size_t>(levels)];
@@ -190,7 +186,7 @@ bool StillWatch::moved(const Grey& before, const Grey& now) const {
 }
 
 bool StillWatch::is_new(const Grey& before, const Grey& now) const {
-  if (!is_same_size(before, now)) return true;
+  if (before.rows() != now.rows() || before.cols() != now.cols()) return true;
   const int size = options_.block_px;
   const double limit = options_.changed_contrast * grey_contrast(now) * size * size;
   const Eigen::MatrixXi difference = now.cast<int>() - before.cast<int>();

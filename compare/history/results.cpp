@@ -64,6 +64,7 @@ std::vector<Condition> conditions_of(const ResultFilter& filter) {
            "surface_comparison"}};
 }
 
+constexpr const char* kSpecimen = "the specimen SCENE or SCENE/FABRIC";
 constexpr const char* kSpecimens =
     "SELECT scene AS name FROM v_comparison UNION ALL SELECT scene || '/' || fabric FROM "
     "v_comparison";
@@ -147,11 +148,6 @@ static void check_filter(const StoreReader& store, const ResultFilter& filter) {
   }
   throw usage_error(fmt::format("nothing in the store has calibration `{}`", filter.calibration),
                     "there is: " + (names.empty() ? "none" : names));
-}
-
-/// Checks "SCENE" or "SCENE/FABRIC" of a trend; empty for all.
-static void check_specimen(const StoreReader& store, const std::string& specimen) {
-  check_known(store, "the specimen SCENE or SCENE/FABRIC", specimen, kSpecimens);
 }
 
 Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
@@ -433,7 +429,7 @@ ORDER BY part, place, name, first, id)sql";
 Trend trend_of(const StoreReader& store, const TrendOptions& options) {
   if (options.least_before < 2 || !(options.alarm_sigmas > 0))
     throw usage_error("a trend needs at least 2 values before and an alarm above 0 sigma", "");
-  check_specimen(store, options.specimen);
+  check_known(store, kSpecimen, options.specimen, kSpecimens);
   store.require_as_written(std::vector<std::string>{
       "calibration", "calibration_camera", "acceptance", "acceptance_figure", "comparison", "sheet",
       "simulation", "fabric", "run", "run_drape", "run_value"});
@@ -520,7 +516,7 @@ WHERE x.key <> ?1 AND x.key NOT LIKE '%.' || ?1)sql",
 Table trend_by(const StoreReader& store, const std::string& key, const std::string& specimen) {
   store.require_as_written(std::vector<std::string>{"run", "run_drape", "run_match", "run_value",
                                                     "comparison", "simulation", "fabric"});
-  check_specimen(store, specimen);
+  check_known(store, kSpecimen, specimen, kSpecimens);
   std::string value = "d." + key, with;
   if (key != "fabric" && key != "label" && key != "scene") {
     if (store.column<std::string>(fmt::format("{} SELECT key FROM asked", kAsked), {key}).empty()) {

@@ -154,11 +154,6 @@ HemReadOptions read_options(const DrapemeterArguments& arguments, int threads) {
   return options;
 }
 
-std::string with_u(const HemNumber& number) {
-  return number.u ? fmt::format("{:.2f}, U {:.2f} (k = 2)", number.value, *number.u)
-                  : fmt::format("{:.2f}", number.value);
-}
-
 std::string text_of(const EnsembleBand& band) {
   std::string text = fmt::format("{:.1f} %, U {:.1f} (95 %)", band.mean, band.mean_u);
   if (band.samples > 1) text += fmt::format(" by the means of {} samples", band.samples);
@@ -171,7 +166,9 @@ std::string text_of(const EnsembleBand& band) {
 void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
   if (hems.size() == 1) {
     for (const HemNumber& number : hems.front().numbers)
-      ending.numbers.emplace_back(number.name, with_u(number));
+      ending.numbers.emplace_back(
+          number.name, fmt::format("{:.2f}", number.value) +
+                           (number.u ? fmt::format(", U {:.2f} (k = 2)", *number.u) : ""));
     return;
   }
   for (const auto& [fabric, found] : variances_of(hems)) {

@@ -278,6 +278,13 @@ ReportedProvenance provenance_of(const Session& session, const Outcome& outcome,
   made.programs.assign(programs.begin(), programs.end());
   made.recordings.assign(recordings.begin(), recordings.end());
   made.stand_ins.assign(stand_ins.begin(), stand_ins.end());
+  // A guess need not be called one in a file, such as the twist of a fabric without a bias strip.
+  for (const Report& report : outcome.reports)
+    if (report.budget)
+      for (const BudgetLine& line : report.budget->lines)
+        if (line.remedy == "measure " + line.what &&
+            !names(made.stand_ins, line.what.substr(0, line.what.find(' '))))
+          made.stand_ins.push_back(line.what);
   made.trees = trees(session, outcome, folder);
   return made;
 }
@@ -425,10 +432,7 @@ std::string next_of(const Report& report) {
   if (report.match.match == Match::inside || !report.budget) return {};
   for (const std::string& missing : report.budget->missing)
     if (missing.find('`') != std::string::npos) return "complete U: " + missing + ".";
-  // Takes the remedy of the largest contribution that can be reduced.
-  for (const BudgetLine& line : report.budget->lines)
-    if (!line.remedy.empty() && !line.own_m && line.rectangular)
-      return fmt::format("{} ({}): no other guess adds more to U.", line.remedy, line.origin);
+  if (const std::string lower = lowers_most(*report.budget); !lower.empty()) return lower + ".";
   if (report.repeats.size() < 3) return "lay it twice more, to see how far real drapes differ.";
   return {};
 }

@@ -39,8 +39,10 @@ TEST(Levels, TheScenesOwnStartOnTheFinestMeshSpeaksForTheDrape) {
   EXPECT_EQ(input.simulations[4].discretisation(), "5 mm");
   EXPECT_THAT(input.simulations[1].label(), HasSubstr("2.5 mm, 5 segments, from measured shape"));
   EXPECT_TRUE(report.virtual_virtual.empty()) << "the paper's pairs are of grids";
-  EXPECT_EQ(mesh_sentence(input, report),
-            "mesh error up to 0.250 mm in the mean of the marks; `--spacing-mm 1.25` lowers it");
+  EXPECT_EQ(
+      mesh_sentence(input, report),
+      "mesh error up to 0.250 mm in the mean of the marks; `--spacing-mm 1.25` lowers it; U takes "
+      "what of it lies along the distances");
   EXPECT_THAT(text_of(real_virtual_table(input, report)), HasSubstr("2.5 mm"));
 }
 

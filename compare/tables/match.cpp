@@ -488,6 +488,11 @@ void add_lengthening(const BudgetInputs& inputs, Budget& budget) {
          fmt::format("all together displace the marks by up to {:.3f} mm", bound_m / mm)});
 }
 
+/// Size of a contribution: a bound as it is, else two standard deviations.
+double size_m(const BudgetLine& line) {
+  return line.own_m.value_or(2 * line.u_m);
+}
+
 /// Remedies that together could reduce the open contributions below `room_m`, largest first; empty
 /// if even all of them cannot. Halving a mesh spacing halves its contribution, every other remedy
 /// removes one.
@@ -499,12 +504,11 @@ std::vector<std::string> remedies_of(Budget budget, double room_m) {
   std::vector<BudgetLine*> open;
   for (BudgetLine& line : budget.lines)
     if (!line.remedy.empty()) open.push_back(&line);
-  const auto size_m = [](const BudgetLine* line) { return line->own_m.value_or(2 * line->u_m); };
-  std::ranges::stable_sort(open, std::greater(), size_m);
+  std::ranges::stable_sort(open, std::greater(), [](const auto* line) { return size_m(*line); });
   std::vector<std::string> remedies;
   for (BudgetLine* line : open) {
     if (open_m() < room_m) break;
-    if (size_m(line) > 0 && std::ranges::find(remedies, line->remedy) == remedies.end())
+    if (size_m(*line) > 0 && std::ranges::find(remedies, line->remedy) == remedies.end())
       remedies.push_back(line->remedy);
     if (line->own_m) line->own_m = 0.5 * *line->own_m;
     line->u_m = 0;
@@ -657,7 +661,9 @@ void judge_by_limit(const DrapeInput& input, const Report& report,
 std::string mesh_sentence(const DrapeInput& input, const Report& report) {
   const Simulation& own = input.simulations[report.speaks().simulation];
   if (own.other_simulator) return {};
-  if (own.levels) return mesh_error_sentence(*own.levels);
+  if (own.levels)
+    return mesh_error_sentence(*own.levels) +
+           (own.levels->left_m ? "; U takes what of it lies along the distances" : "");
   return own.is_grid()
              ? "mesh error not known: a grid of particles does not state it; simulate the "
                "cloth without --paper"
@@ -717,6 +723,15 @@ Budget budget_of(const BudgetInputs& inputs) {
   return budget;
 }
 
+std::string lowers_most(const Budget& budget) {
+  const auto most = std::ranges::max_element(budget.lines, {}, [](const BudgetLine& line) {
+    return line.remedy.empty() ? -1 : size_m(line);
+  });
+  if (most == budget.lines.end() || most->remedy.empty()) return {};
+  return fmt::format("{}{}: it lowers U most", most->remedy,
+                     most->own_m ? "" : " (" + most->origin + ")");
+}
+
 std::string budget_sentence(const Budget& budget) {
   std::string text = fmt::format("U = {:.3f} mm (95 %){}", budget.expanded_m / mm,
                                  budget.missing.empty() ? "" : " at least");
@@ -724,7 +739,7 @@ std::string budget_sentence(const Budget& budget) {
   for (std::size_t i = 0; i < std::min<std::size_t>(3, budget.lines.size()); ++i)
     largest += fmt::format("{}{} {:.3f} mm", i == 0 ? "" : ", ", budget.lines[i].what,
                            budget.lines[i].u_m / mm);
-  if (!largest.empty()) text += "; largest: " + largest;
+  if (!largest.empty()) text += "; largest standard deviations: " + largest;
   if (!budget.missing.empty())
     text += fmt::format("; it lacks {}", fmt::join(budget.missing, "; "));
   return text;
@@ -809,6 +824,9 @@ MatchVerdict match_of(const DrapeInput& input, const Options& options, const Rep
     judge_by_limit(input, report, u_mm, verdict);
   } else {
     verdict.remedies = {"lay the cloth three times", "state tolerance_mm in the rig"};
+    const std::string lower = lowers_most(*report.budget);
+    if (!lower.empty() && report.speaks().statistics.mean_m < 2 * report.budget->expanded_m)
+      verdict.remedies.insert(verdict.remedies.begin(), lower);
     verdict.reason = "no limit is stated, and fewer than three layings";
   }
   if (verdict.model && verdict.match != Match::inside)

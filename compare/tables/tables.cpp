@@ -362,10 +362,6 @@ std::optional<std::size_t> greatest(const std::vector<VariantEffect>& variants) 
   return best;
 }
 
-std::string from_text(const VariantEffect& variant) {
-  return variant.continued ? "the drape" : "the start";
-}
-
 bool holds(const HashedFiles& inputs, const std::string& sha256) {
   return std::ranges::any_of(inputs, [&](const auto& input) { return input.second == sha256; });
 }
@@ -602,7 +598,7 @@ Table variant_effect_table(const SensitivityFile& split) {
   for (const VariantEffect& one : split.variants) {
     Row row(table);
     row.word("variant", "changed", one.what);
-    row.word("from", "draped again from", from_text(one));
+    row.word("from", "draped again from", one.continued ? "the drape" : "the start");
     row.number("mean_dist_mm", "mean dist (mm)", mm_text(one.distance_m));
     row.number("change_mm", "change (mm)", text_in(mm, "{:+.3f}", one.change_m));
     row.number("marks_move_mm", "marks move (mm)", mm_text(one.moved_m));
@@ -619,7 +615,8 @@ std::string error_split_sentence(const SensitivityFile& split) {
   return fmt::format(
       "of the changes, {} (draped again from {}) moves the mean distance most, by "
       "{:+.3f} mm from {:.3f} mm",
-      one.what, from_text(one), one.change_m / mm, split.distance_m / mm);
+      one.what, one.continued ? "the drape" : "the start", one.change_m / mm,
+      split.distance_m / mm);
 }
 
 std::vector<ReportedTable> tables_of(const DrapeInput& input, const Report& report,
