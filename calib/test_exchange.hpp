@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <string>
 #include <vector>
 
 #include "core/calibration.hpp"
@@ -41,6 +42,36 @@ inline Calibration bench1_calibration(bool tsai) {
   }
   return calibration;
 }
+
+/// DICe's own calibration of its simulated plates (sim_dot_cal_gold.xml).
+inline const std::string dice_text = R"(<ParameterList>
+  <Parameter name="xml_file_format" type="string" value="DICe_xml_camera_system_file" />
+  <Parameter name="system_type_3D" type="string" value="OPENCV" />
+  <Parameter name="extrinsics_relative_camera_to_camera" type="bool" value="true" />
+  <ParameterList name="CAMERA 0">
+    <Parameter name="CX" type="double" value="872.1577" />
+    <Parameter name="CY" type="double" value="579.955" />
+    <Parameter name="FX" type="double" value="6673.3159" />
+    <Parameter name="FY" type="double" value="6669.3027" />
+    <Parameter name="K1" type="double" value="0.021682" />
+    <Parameter name="LENS_DISTORTION_MODEL" type="string" value="OPENCV_LENS_DISTORTION" />
+    <Parameter name="IMAGE_HEIGHT_WIDTH" type="string" value="{ 1200, 1920 }" />
+  </ParameterList>
+  <ParameterList name="CAMERA 1">
+    <Parameter name="CX" type="double" value="917.973" />
+    <Parameter name="CY" type="double" value="531.635" />
+    <Parameter name="FX" type="double" value="6607.61" />
+    <Parameter name="FY" type="double" value="6602.85" />
+    <Parameter name="TX" type="double" value="122.2488" />
+    <Parameter name="TY" type="double" value="1.84888" />
+    <Parameter name="TZ" type="double" value="17.62463" />
+    <Parameter name="ALPHA" type="double" value="0.13068954" />
+    <Parameter name="BETA" type="double" value="-19.0676936" />
+    <Parameter name="GAMMA" type="double" value="0.281404038" />
+    <Parameter name="IMAGE_HEIGHT_WIDTH" type="string" value="{ 1200, 1920 }" />
+  </ParameterList>
+</ParameterList>
+)";
 
 /// Points throughout the volume in which a drape hangs, visible in every image.
 inline std::vector<Eigen::Vector3d> points_of_a_drape() {

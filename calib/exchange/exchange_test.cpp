@@ -25,6 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::bench1_calibration;
+using test::dice_text;
 using test::points_of_a_drape;
 using testing::AllOf;
 using testing::HasSubstr;
@@ -460,39 +461,9 @@ TEST(Exchange, ChainsOfKalibrAreReadOrRefusedByName) {
               HasSubstr("coefficients of no distortion model"));
 }
 
-/// DICe's own calibration of its simulated plates (sim_dot_cal_gold.xml).
-const std::string kDice = R"(<ParameterList>
-  <Parameter name="xml_file_format" type="string" value="DICe_xml_camera_system_file" />
-  <Parameter name="system_type_3D" type="string" value="OPENCV" />
-  <Parameter name="extrinsics_relative_camera_to_camera" type="bool" value="true" />
-  <ParameterList name="CAMERA 0">
-    <Parameter name="CX" type="double" value="872.1577" />
-    <Parameter name="CY" type="double" value="579.955" />
-    <Parameter name="FX" type="double" value="6673.3159" />
-    <Parameter name="FY" type="double" value="6669.3027" />
-    <Parameter name="K1" type="double" value="0.021682" />
-    <Parameter name="LENS_DISTORTION_MODEL" type="string" value="OPENCV_LENS_DISTORTION" />
-    <Parameter name="IMAGE_HEIGHT_WIDTH" type="string" value="{ 1200, 1920 }" />
-  </ParameterList>
-  <ParameterList name="CAMERA 1">
-    <Parameter name="CX" type="double" value="917.973" />
-    <Parameter name="CY" type="double" value="531.635" />
-    <Parameter name="FX" type="double" value="6607.61" />
-    <Parameter name="FY" type="double" value="6602.85" />
-    <Parameter name="TX" type="double" value="122.2488" />
-    <Parameter name="TY" type="double" value="1.84888" />
-    <Parameter name="TZ" type="double" value="17.62463" />
-    <Parameter name="ALPHA" type="double" value="0.13068954" />
-    <Parameter name="BETA" type="double" value="-19.0676936" />
-    <Parameter name="GAMMA" type="double" value="0.281404038" />
-    <Parameter name="IMAGE_HEIGHT_WIDTH" type="string" value="{ 1200, 1920 }" />
-  </ParameterList>
-</ParameterList>
-)";
-
 TEST(Exchange, CalibrationsOfDiceAreReadOrRefusedByName) {
   const test::TemporaryFolder folder;
-  write_durable(folder.path() / "cal.xml", kDice);
+  write_durable(folder.path() / "cal.xml", dice_text);
   const auto cameras = import_cameras(folder.path() / "cal.xml", ExchangeFormat::dice);
   ASSERT_EQ(cameras.size(), 2U);
   EXPECT_EQ(cameras[1].camera.model.width_px, 1920);
@@ -500,7 +471,7 @@ TEST(Exchange, CalibrationsOfDiceAreReadOrRefusedByName) {
   EXPECT_NEAR(pose.translation_m.norm(), 0.12353, 1e-5);
   EXPECT_NEAR(pose.rotation(2, 0), std::sin(19.0676936 * units::deg), 1e-9);  // -sin(beta)
   const auto read = [&](const std::string& from, const std::string& to) {
-    return refusal("cal.xml", with(kDice, from, to), ExchangeFormat::dice);
+    return refusal("cal.xml", with(dice_text, from, to), ExchangeFormat::dice);
   };
   for (const char* other : {"VIC3D_LENS_DISTORTION", "K1R1_K2R2_K3R3", "K1R3_K2R5_K3R7"})
     EXPECT_THAT(read("OPENCV_LENS_DISTORTION", other), HasSubstr(other));

@@ -71,33 +71,6 @@ constexpr const char* kMrcal =
     "# mrcal\n{ 'lensmodel': 'LENSMODEL_OPENCV4', # k1 k2 p1 p2\n 'intrinsics': ( 900.,\n 9.01e2,\n"
     " 320,\n 240,\n -.1,\n 0.02,\n 0,\n 1e-4,),\n 'rt_cam_ref': [0, 0, 0.1,\n 0, 0, 1,],\n"
     " 'icam_intrinsics': None,\n 'imagersize': [ 640, 480,] }\n";
-constexpr const char* kDice =
-    R"(<ParameterList>
-  <Parameter name="xml_file_format" type="string" value="DICe_xml_camera_system_file" />
-  <Parameter name="system_type_3D" type="string" value="OPENCV" />
-  <Parameter name="extrinsics_relative_camera_to_camera" type="bool" value="true" />
-  <ParameterList name="CAMERA 0">
-    <Parameter name="CX" type="double" value="872.1577" />
-    <Parameter name="CY" type="double" value="579.955" />
-    <Parameter name="FX" type="double" value="6673.3159" />
-    <Parameter name="FY" type="double" value="6669.3027" />
-    <Parameter name="K1" type="double" value="0.021682" />
-    <Parameter name="LENS_DISTORTION_MODEL" type="string" value="OPENCV_LENS_DISTORTION" />
-    <Parameter name="IMAGE_HEIGHT_WIDTH" type="string" value="{ 1200, 1920 }" />
-  </ParameterList>
-  <ParameterList name="CAMERA 1">
-    <Parameter name="CX" type="double" value="917.973" />
-    <Parameter name="CY" type="double" value="531.635" />
-    <Parameter name="FX" type="double" value="6607.61" />
-    <Parameter name="FY" type="double" value="6602.85" />
-    <Parameter name="TX" type="double" value="122.2488" />
-    <Parameter name="TZ" type="double" value="17.62463" />
-    <Parameter name="ALPHA" type="double" value="0.13068954" />
-    <Parameter name="BETA" type="double" value="-19.0676936" />
-    <Parameter name="IMAGE_HEIGHT_WIDTH" type="string" value="{ 1200, 1920 }" />
-  </ParameterList>
-</ParameterList>
-)";
 constexpr const char* kMatlab =
     "{\"CameraParameters1\":{\n\"RadialDistortion\":[-0.1,0.02],\n\"TangentialDistortion\":[0,0],\n"
     "\"ImageSize\":[480,640],\n\"WorldUnits\":\"millimeters\",\n"
@@ -185,7 +158,8 @@ std::vector<Kind> foreign_kinds() {
       exported("dice", ExchangeFormat::dice, 0, "system_type|CAMERA_ID|xml version"),
       exported("matlab", ExchangeFormat::matlab),
       {"mrcal_python", made("left.cameramodel", kMrcal), imported(ExchangeFormat::mrcal)},
-      {"dice_angles", made("cal.xml", kDice), imported(ExchangeFormat::dice), true, "system_type"},
+      {"dice_angles", made("cal.xml", dice_text), imported(ExchangeFormat::dice), true,
+       "system_type"},
       {"matlab_json", made("stereo.json", kMatlab), imported(ExchangeFormat::matlab)},
       cloud("dice_points", "cloud.csv",
             table_of_points("MODEL_COORDINATES_X,MODEL_COORDINATES_Y,MODEL_COORDINATES_Z,MODEL_"
