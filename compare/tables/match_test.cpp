@@ -285,8 +285,7 @@ TEST_F(MatchOfBranches, TellsTheStartFromTheModel) {
   EXPECT_NEAR(*match.model->apart_m / mm, 3.8, 1e-9);
   EXPECT_TRUE(*match.model->other_branch);
   EXPECT_NEAR(*match.value_m / mm, 5, 1e-9) << "the scene's own start keeps its meaning";
-  EXPECT_THAT(match.reason,
-              HasSubstr("rests 1.200 mm away (0.900 to 1.300 mm by friction"));
+  EXPECT_THAT(match.reason, HasSubstr("rests 1.200 mm away (0.900 to 1.300 mm by friction"));
   EXPECT_THAT(match.reason,
               HasSubstr("in another equilibrium (branch) than from the scene's start"));
   EXPECT_FALSE(*verdict(4 * mm).model->other_branch);
