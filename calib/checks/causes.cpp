@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -230,18 +231,40 @@ std::string fisheye(const JointModel& model, std::size_t index) {
 }
 
 /// Fits a further radial image height to a camera's points: `height_px` of the distance from the
-/// axis at depth 1.
+/// axis at depth 1, less what Brown's radial terms take up of it.
 MoreParameters radial_term(const JointModel& model, const JointFit& fit, std::size_t index,
                            const std::function<double(double)>& height_px) {
+  const auto place_of = [&](const JointFrame& frame, const TargetPoint& point) -> Vector2d {
+    const Vector3d at =
+        model.cameras[index].camera.cam_from_world *
+        (model.placements[frame.placement].world_from_target * point.point_in_target);
+    return at.head<2>() / at.z();
+  };
+  std::vector<double> radii;
+  for (const JointFrame& frame : model.frames)
+    for (const TargetPoint& point : frame.points)
+      if (frame.camera == index) radii.push_back(place_of(frame, point).norm());
+  const double reach = largest_radius(model, index);
+  const auto brown = [&](double radius) -> Eigen::RowVector4d {
+    const double x = radius / reach;
+    return {x, std::pow(x, 3), std::pow(x, 5), std::pow(x, 7)};
+  };
+  MatrixXd terms(static_cast<Index>(radii.size()), 4);
+  VectorXd heights(terms.rows());
+  for (Index i = 0; i < terms.rows(); ++i) {
+    const double radius = radii[static_cast<std::size_t>(i)];
+    terms.row(i) = brown(radius);
+    heights[i] = height_px(radius);
+  }
+  const Eigen::Vector4d taken = terms.colPivHouseholderQr().solve(heights);
   const auto column = [&](const JointFrame& frame) -> Eigen::MatrixXd {
     VectorXd d = VectorXd::Zero(2 * static_cast<Index>(frame.points.size()));
     if (frame.camera != index) return d;
-    const CamFromTarget pose = model.cameras[index].camera.cam_from_world *
-                               model.placements[frame.placement].world_from_target;
     for (std::size_t i = 0; i < frame.points.size(); ++i) {
-      const Vector3d at = pose * frame.points[i].point_in_target;
-      const Vector2d place = at.head<2>() / at.z();
-      d.segment<2>(2 * static_cast<Index>(i)) = height_px(place.norm()) * place.normalized();
+      const Vector2d place = place_of(frame, frame.points[i]);
+      const double radius = place.norm();
+      d.segment<2>(2 * static_cast<Index>(i)) =
+          (height_px(radius) - brown(radius) * taken) * place.normalized();
     }
     return d;
   };
