@@ -76,8 +76,9 @@ TEST(Simulate, ThePaperHasNoInternalFriction) {
   EXPECT_THROW(options.check(), Error);
 }
 
-// The turned start folds the sheet, whose layers are kept apart in the paper's model too.
-TEST(Simulate, LayersOfThePapersModelKeepTheStatedThickness) {
+// The turned start folds the sheet, so that layers meet: the thickness that is stated changes where
+// they end.
+TEST(Simulate, TheStatedThicknessReachesThePapersModel) {
   const Scene scene = read_scene(test::source_root() / "rigs/paper/scenes/D_turned.toml");
   SimulateOptions options = paper_options();
   options.paper.max_steps = 5000;

@@ -266,7 +266,7 @@ TEST_F(Boards, ADotGridWithoutTagsIsFoundAndCalibrates) {
 // challenge.
 TEST_F(Boards, ARealPlateOfImageCorrelationGivesTheValuesOfAnotherProgram) {
   const auto pictures = reference_data("dic-dots/real");
-  if (!pictures) GTEST_SKIP() << "the reference data lack dic-dots";
+  if (!pictures) GTEST_SKIP() << "missing: dic-dots of the reference data";
   fs::create_directories(at("pictures"));
   for (const char* number : {"1", "2", "3", "4", "5", "6"})
     for (const auto& [side, camera] : {std::pair("_0", "left"), std::pair("_1", "right")})
