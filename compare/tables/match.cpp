@@ -26,26 +26,18 @@ double mean_change_m(const MatrixX3d& differences_m, const MatrixX3d& moves_m) {
   return ((differences_m + moves_m).rowwise().norm() - differences_m.rowwise().norm()).mean();
 }
 
-/// Standard displacements of the marks by independent errors.
+/// Displacements of the marks by independent errors, on each side in proportion to z.
 class Displacements {
  public:
-  explicit Displacements(Index marks)
-      : squares_m2_(Eigen::VectorXd::Zero(marks)), common_m_(MatrixX3d::Zero(marks, 3)) {}
+  explicit Displacements(Index marks) : squares_m2_(Eigen::VectorXd::Zero(marks)) {}
 
   void add(const InputEffect& effect) {
-    // Mean squares of z and of z^2 over the distribution, of standard uncertainty or half width 1.
-    const double of_slope = effect.rectangular ? 1.0 / 3 : 1,
-                 of_curve = effect.rectangular ? 1.0 / 5 : 3;
-    add(0.5 * std::sqrt(of_slope) * (effect.up_m - effect.down_m));
-    add(0.5 * std::sqrt(of_curve) * (effect.up_m + effect.down_m));
+    // Root mean square displacements of both halves of the distribution of z.
+    const double root = std::sqrt(effect.rectangular ? 1.0 / 6 : 1.0 / 2);
+    errors_.push_back({{root * effect.down_m, root * effect.up_m}, effect.rectangular ? 1.8 : 3});
+    for (const MatrixX3d& side_m : errors_.back().sides_m)
+      squares_m2_ += side_m.rowwise().squaredNorm();
   }
-  void add(MatrixX3d field_m) {
-    if (field_m.isZero(0)) return;
-    squares_m2_ += field_m.rowwise().squaredNorm();
-    fields_m_.push_back(std::move(field_m));
-  }
-  /// States the part of the added fields that every drape has; it does not scatter.
-  void set_common(MatrixX3d field_m) { common_m_ = std::move(field_m); }
   /// Errors of each mark by itself.
   void add_independent(double length_m) {
     squares_m2_.array() += length_m * length_m;
@@ -65,25 +57,38 @@ class Displacements {
     const auto product_m2 = [&](const MatrixX3d& one, const MatrixX3d& other) {
       return (weights * one.cwiseProduct(other).rowwise().sum().array()).sum();
     };
-    double squares_m4 = -std::pow(product_m2(common_m_, common_m_), 2);
-    for (const MatrixX3d& one : fields_m_)
-      for (const MatrixX3d& other : fields_m_) squares_m4 += std::pow(product_m2(one, other), 2);
-    // An independent error of each mark is three fields, each of which moves that mark alone.
-    squares_m4 += weights.square().sum() * independent_m2_ * independent_m2_ / 3;
-    for (const MatrixX3d& one : fields_m_)
-      squares_m4 +=
-          2 * independent_m2_ / 3 * (weights.square() * one.rowwise().squaredNorm().array()).sum();
-    const double dof = std::pow(mean_m, 4) / std::max(squares_m4, std::pow(mean_m, 4) / kManyDof);
+    // An error of each mark by itself is three errors that displace this mark alone.
+    double half_variance_m4 = weights.square().sum() * independent_m2_ * independent_m2_ / 3;
+    for (std::size_t i = 0; i < errors_.size(); ++i) {
+      double mean_m2 = 0;
+      for (const MatrixX3d& side_m : errors_[i].sides_m) {
+        const double square_m2 = product_m2(side_m, side_m);
+        mean_m2 += square_m2;
+        half_variance_m4 += errors_[i].kurtosis * square_m2 * square_m2 +
+                            2 * independent_m2_ / 3 *
+                                (weights.square() * side_m.rowwise().squaredNorm().array()).sum();
+        for (std::size_t k = 0; k < i; ++k)
+          for (const MatrixX3d& other_m : errors_[k].sides_m)
+            half_variance_m4 += 2 * std::pow(product_m2(side_m, other_m), 2);
+      }
+      half_variance_m4 -= 0.5 * mean_m2 * mean_m2;
+    }
+    const double dof =
+        std::pow(mean_m, 4) / std::max(half_variance_m4, std::pow(mean_m, 4) / kManyDof);
     return mean_m * std::sqrt(chi_square_beyond(1 - kConfidence, dof) / dof);
   }
 
  private:
   static constexpr double kManyDof = 1e4;  // the bound is then 1 % above the root mean square
 
+  struct Sides {
+    std::array<MatrixX3d, 2> sides_m;
+    double kurtosis;  ///< mean of z^4 over the square of that of z^2
+  };
+
   Eigen::VectorXd squares_m2_;
   double independent_m2_ = 0;
-  MatrixX3d common_m_;
-  std::vector<MatrixX3d> fields_m_;
+  std::vector<Sides> errors_;
 };
 
 /// Positions of the headline's marks in another list; nullopt if it lacks one.
@@ -235,16 +240,11 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
     return inputs.lack(
         name + ": " +
         (absent.empty() ? "sensitivity.json does not say where the marks go" : absent));
-  // Evaluates the parabola through the displacements at the width instead of the step.
-  const MatrixX3d down_m = moves->down_m(rows, Eigen::all), up_m = moves->up_m(rows, Eigen::all);
-  const auto at = [&](double steps) -> MatrixX3d {
-    return 0.5 * steps * (up_m - down_m) + 0.5 * steps * steps * (up_m + down_m);
-  };
   inputs.effects.push_back({.what = name,
                             .origin = width.origin,
                             .rectangular = width.rectangular,
-                            .down_m = at(-width.down / moves->step),
-                            .up_m = at(width.up / moves->step),
+                            .down_m = width.down / moves->step * moves->down_m(rows, Eigen::all),
+                            .up_m = width.up / moves->step * moves->up_m(rows, Eigen::all),
                             .remedy = width.remedy});
 }
 
@@ -442,50 +442,50 @@ double widening_m(const std::vector<BudgetLine>& lines, double to_m) {
   return std::sqrt(squares_m2 * (std::pow(to_m * (1 + kRounding) / own_m, 2) - 1));
 }
 
-/// Adds what the drapes with all values wrong at once show beyond first order: as large as where
-/// the sheets coincide, in the directions of what first order lacks.
-void add_beyond(const BudgetInputs& inputs, Displacements& errors) {
-  if (inputs.drawn.size() < kLeastDrawn) return;
-  const auto size_m = [](const MatrixX3d& field_m) { return field_m.rowwise().norm().mean(); };
-  double squares_m2 = 0;
-  for (const DrawnTogether& one : inputs.drawn)
-    squares_m2 += std::pow(size_m(one.moves_m - one.first_order_m), 2);
-  if (!(squares_m2 > 0)) return;
-  const double u_m = beyond_m(MatrixX3d::Zero(inputs.differences_m.rows(), 3), inputs.drawn);
-  MatrixX3d common_m = MatrixX3d::Zero(inputs.differences_m.rows(), 3);
-  for (const DrawnTogether& one : inputs.drawn) {
-    const MatrixX3d field_m = u_m / std::sqrt(squares_m2) * (one.moves_m - one.first_order_m);
-    common_m += field_m / std::sqrt(static_cast<double>(inputs.drawn.size()));
-    errors.add(field_m);
-  }
-  errors.set_common(std::move(common_m));
+/// Bound of the mean displacement beyond first order that 95 of 100 drapes keep: prediction bound
+/// of the next one's excess (displaced^2 - first order^2)^(1/2) after those that were drawn.
+double beyond_bound_m(const std::vector<DrawnTogether>& drawn) {
+  if (drawn.size() < kLeastDrawn) return 0;
+  const auto square_m2 = [](const MatrixX3d& moves_m) {
+    return std::pow(moves_m.rowwise().norm().mean(), 2);
+  };
+  std::vector<double> sizes_m;
+  for (const DrawnTogether& one : drawn)
+    sizes_m.push_back(
+        std::sqrt(std::max(0.0, square_m2(one.moves_m) - square_m2(one.first_order_m))));
+  const auto count = static_cast<double>(drawn.size());
+  return mean_of(sizes_m) +
+         student_quantile(kConfidence, count - 1) *
+             std::sqrt(squares_about_mean(sizes_m) / (count - 1) * (1 + 1 / count));
 }
 
-/// Adds what errors lengthen the distances by beyond the lines, for the inputs and for all of them:
-/// none of them alone shows it where the sheets are close.
+/// Adds what errors lengthen the distances by beyond the lines: none of them alone shows it where
+/// the sheets are close. A line for the inputs, and one for what the bounds add to it.
 void add_lengthening(const BudgetInputs& inputs, Budget& budget) {
-  const double mean_m = inputs.differences_m.rowwise().norm().mean();
-  const auto along_m = [&](double u_m) -> MatrixX3d {
-    return u_m * inputs.differences_m.rowwise().normalized();
-  };
-  Displacements of_inputs(inputs.differences_m.rows());
-  of_inputs.add_independent(std::sqrt(3.0 * static_cast<double>(inputs.differences_m.rows())) *
-                            inputs.marks_m);
-  add_beyond(inputs, of_inputs);
-  for (const InputEffect& effect : inputs.effects)
-    if (!effect.own_m) of_inputs.add(effect);
-  Displacements of_all = of_inputs;
-  if (inputs.unmeasured) of_all.add(along_m(inputs.unmeasured->u_m));
-  for (const InputEffect& effect : inputs.effects)
-    if (effect.own_m) of_all.add(effect);
-  const double bound_m = of_all.bound_m(),
-               u_m = std::max(
-                   widening_m(inputs_of(budget.lines), lengthened_m(mean_m, of_inputs.bound_m())),
-                   widening_m(budget.lines, lengthened_m(mean_m, bound_m)));
-  if (u_m > 0)
-    budget.lines.push_back(
-        {"errors that lengthen every distance", u_m,
-         fmt::format("all together displace the marks by up to {:.3f} mm", bound_m / mm)});
+  const double mean_m = inputs.differences_m.rowwise().norm().mean(),
+               beyond_m = beyond_bound_m(inputs.drawn);
+  Displacements errors(inputs.differences_m.rows());
+  errors.add_independent(std::sqrt(3.0 * static_cast<double>(inputs.differences_m.rows())) *
+                         inputs.marks_m);
+  for (const bool bounds : {false, true}) {
+    for (const InputEffect& effect : inputs.effects)
+      if (effect.own_m.has_value() == bounds) errors.add(effect);
+    if (bounds && inputs.unmeasured) {
+      const MatrixX3d away_m = inputs.unmeasured->u_m * inputs.differences_m.rowwise().normalized();
+      errors.add({"", "", false, -away_m, away_m});
+    }
+    const double bound_m = std::hypot(errors.bound_m(), beyond_m),
+                 to_m = lengthened_m(mean_m, bound_m);
+    add_open(budget);
+    const double u_m = widening_m(bounds ? budget.lines : inputs_of(budget.lines), to_m);
+    if (!(u_m > 0)) continue;
+    BudgetLine line{
+        .what = fmt::format("{} that lengthen every distance", bounds ? "bounds" : "errors"),
+        .u_m = u_m,
+        .origin = fmt::format("all together displace the marks by up to {:.3f} mm", bound_m / mm)};
+    if (bounds) line.own_m = std::max(0.0, to_m - budget.inputs_m - budget.own_m);
+    budget.lines.push_back(std::move(line));
+  }
 }
 
 /// Size of a contribution: a bound as it is, else two standard deviations.
@@ -756,10 +756,8 @@ double beyond_m(const MatrixX3d& differences_m, const std::vector<DrawnTogether>
 
 double alone_m(const MatrixX3d& differences_m, const InputEffect& effect) {
   const double reach = effect.rectangular ? 1 : kNormal;
-  const MatrixX3d slope_m = 0.5 * reach * (effect.up_m - effect.down_m),
-                  curve_m = 0.5 * reach * reach * (effect.up_m + effect.down_m);
-  const double farthest_m = std::max(std::abs(mean_change_m(differences_m, curve_m - slope_m)),
-                                     std::abs(mean_change_m(differences_m, curve_m + slope_m)));
+  const double farthest_m = std::max(std::abs(mean_change_m(differences_m, reach * effect.down_m)),
+                                     std::abs(mean_change_m(differences_m, reach * effect.up_m)));
   return farthest_m / (effect.rectangular ? std::sqrt(3.0) : kNormal);
 }
 

@@ -7,7 +7,8 @@ namespace drape::compare {
 
 /// Effect of one input's uncertainty on the differences virtual - real of the marks (rows, m): at
 /// one standard uncertainty below and above its value, or at the ends of a rectangular range.
-/// Between and beyond them the marks follow the parabola through the three.
+/// On each side the marks move in proportion, since a fold or friction that snaps at one end tells
+/// nothing of the other.
 struct InputEffect {
   std::string what, origin;
   bool rectangular = false;
