@@ -24,6 +24,11 @@ constexpr double kGrip_m = 0.2e-6;   // stretch of a spring that carries a weigh
 constexpr double kSoft = 0.1, kLinear = 0.125;
 // Spacing of contact points on coarse meshes, relative to the root of a triangle's mean area.
 constexpr double kOfWide = 0.15;
+// Between contact points a facet lies in an edge by its sagitta c^2 / (2 r), c the circumradius of
+// the triangle on which they lie: this part of their spacing. The checker allows that of 0.45 mm,
+// of which the points' own depth leaves kDeeper. Edges as round as kRound need no finer spacing on
+// fine meshes.
+constexpr double kOfPlaces = 0.6, kChecked_m = 0.45e-3, kDeeper_m = 0.02e-3, kRound_m = 2e-3;
 // Range of evaluations per list that keeps the margin; least margin relative to the largest.
 constexpr int kFewLooks = 4, kManyLooks = 16;
 constexpr double kLeastMargin = 1.0 / 64;
@@ -91,6 +96,8 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
   reach_m_ = std::max(
       kPlaces_m,
       kOfWide * std::sqrt(sum(cloth.area_m2()) / static_cast<double>(cloth.triangles().size())));
+  sharp_m_ = std::max(
+      kRound_m, (std::pow(kOfPlaces * places_m(), 2) - kChecked_m * kChecked_m) / (2 * kDeeper_m));
   const auto& facets = surface_.facets();
   first_of_node_.assign(static_cast<std::size_t>(cloth.unknowns()) + 1, 0);
   for (const auto& facet : facets)
@@ -104,7 +111,7 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
 }
 
 int ObjectPushes::cuts_of(int facet, int shape) const {
-  if (surroundings_.is_sharp(shape)) return cuts_[facet];
+  if (surroundings_.edge_radius_m(shape) < sharp_m_) return cuts_[facet];
   return static_cast<int>(std::ceil(cuts_[facet] * sharp_places_m() / places_m()));
 }
 

@@ -196,6 +196,7 @@ class ObjectPushes : public Pushes {
   ClothSurface surface_;
   double friction_, stiffness_, grip_stiffness_;  ///< N/m^3
   double reach_m_ = 0, nodes_m_ = 0;              ///< distance between nodes
+  double sharp_m_ = 0;                            ///< edge radius below which points are finer
   int firmness_ = 0;
   std::vector<int> cuts_, first_;           ///< by facet: subdivisions of an edge; first point
   std::vector<std::vector<Place>> places_;  ///< by number of subdivisions

@@ -346,6 +346,19 @@ TEST(StatedErrors, AreThoseOfTheScene) {
     EXPECT_EQ(error_of(all, name) > 0, name != "friction") << name;
 }
 
+/// Contact points of coarse meshes lie far apart beside an edge of 2 to 30 mm radius: the checker
+/// measures what of the object is between them.
+TEST(Branches, CoarseClothOverAnyEdgeIsAccepted) {
+  for (const double radius_m : {2.1 * mm, 8 * mm}) {
+    Scene scene = test::lying("C");
+    std::get<Box>(scene.obstacles.front()).edge_radius_m = radius_m;
+    const EnsembleCase own = test::coarse_case(scene);
+    const Drape drape = drape_cloth(*own.drape, own.options.drape);
+    EXPECT_EQ(own.ending_of(*drape.level, drape.rest, drape.levels.back().rest), "at rest")
+        << radius_m / mm;
+  }
+}
+
 /// Cloth that friction holds where it fell goes another way than its rest would be drawn.
 TEST(BeyondFirstOrder, IsTheSameOnTwoThreadsAndNotNothingWhereFrictionHolds) {
   const EnsembleCase own = test::coarse_case(test::on_round_box());

@@ -16,7 +16,6 @@ using Eigen::Vector3d;
 constexpr double kThinnest = 1e-4;  // m; thickness of a body that is always found on a path
 constexpr double kShortest = 1e-3;  // least advance to the next point, relative to the path
 constexpr int kBisections = 40;     // bisections of the path into a body
-constexpr double kRound_m = 2e-3;   // smallest edge radius that is not sharp
 constexpr double kSharp_m = 2e-6;   // smallest radius with a curvature
 
 template <class Body>
@@ -193,11 +192,10 @@ void Surroundings::add(const MeshObject& object) {
                  object.world_from_mesh});
 }
 
-bool Surroundings::is_sharp(int shape) const {
-  const auto* box = std::get_if<Box>(&shapes_[shape]);
-  const auto* cylinder = std::get_if<Cylinder>(&shapes_[shape]);
-  return mesh(shape) != nullptr || (box != nullptr && box->edge_radius_m < kRound_m) ||
-         (cylinder != nullptr && cylinder->edge_radius_m < kRound_m);
+double Surroundings::edge_radius_m(int shape) const {
+  if (const auto* box = std::get_if<Box>(&shapes_[shape])) return box->edge_radius_m;
+  if (const auto* cylinder = std::get_if<Cylinder>(&shapes_[shape])) return cylinder->edge_radius_m;
+  return mesh(shape) != nullptr ? 0 : std::numeric_limits<double>::infinity();
 }
 
 double Surroundings::own_gap_m(int shape, const Vector3d& p) const {

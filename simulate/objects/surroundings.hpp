@@ -58,8 +58,8 @@ class Surroundings {
   [[nodiscard]] bool is_flat(int shape) const {
     return is_table(shape) || std::holds_alternative<Plane>(shapes_[shape]);
   }
-  /// True for meshes, and for boxes and cylinders whose edges have a radius below 2 mm.
-  [[nodiscard]] bool is_sharp(int shape) const;
+  /// Radius of the tightest convex edge: 0 for meshes, infinite for shapes without edges.
+  [[nodiscard]] double edge_radius_m(int shape) const;
   /// The shape if it is a mesh, else null.
   [[nodiscard]] const PlacedMesh* mesh(int shape) const {
     return std::get_if<PlacedMesh>(&shapes_[shape]);
