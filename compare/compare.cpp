@@ -266,20 +266,9 @@ void judge_measurement(const Options& options, Report& report) {
                                        row.statistics.marks, options.min_marks));
     break;
   }
-  if (!report.measurement.sigma_median_m) {
+  if (!report.measurement.sigma_median_m)
     report.no_go.emplace_back(
         "the measured marks carry no covariance, so their uncertainty is unknown");
-    return;
-  }
-  if (!report.headline) return;
-  const double limit = options.max_sigma_ratio * report.speaks().statistics.mean_m;
-  if (*report.measurement.sigma_median_m > limit) {
-    report.no_go.push_back(fmt::format(
-        "the uncertainty of a mark (median {:.3f} mm) is above {:g} % of the mean distance "
-        "({:.3f} mm)",
-        *report.measurement.sigma_median_m / mm, options.max_sigma_ratio * 100,
-        report.speaks().statistics.mean_m / mm));
-  }
 }
 
 void judge_simulation(const Simulation& simulation, const Options& options,

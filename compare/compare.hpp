@@ -90,9 +90,10 @@ struct VirtualGroup {
 
 /// Requirements on a comparison.
 struct Options {
-  int min_marks = 10;             ///< the paper used 10 to 36 marks (section 5)
-  double max_sigma_ratio = 0.1;   ///< largest median sigma of a mark per best mean distance
-  bool accept_unsettled = false;  ///< accept simulations that are not at rest
+  int min_marks = 10;  ///< the paper used 10 to 36 marks (section 5)
+  /// Largest median sigma of a mark relative to the limit of the match; see judge_resolution().
+  double max_sigma_ratio = 0.1;
+  bool accept_unsettled = false;           ///< accept simulations that are not at rest
   std::optional<double> tolerance_m = {};  ///< limit of the match below three repeats
   double significance = 0.05;  ///< probability that a real repeat counts as outside the others
 };

@@ -407,8 +407,7 @@ void fields(Fields& f, CompareArguments& a) {
   f.otherwise({"min_marks", "NO-GO below this number of compared marks", 1, 1},
               a.options.min_marks);
   f.otherwise({"max_sigma_percent",
-               "NO-GO if the median uncertainty of a mark exceeds this percentage of the best mean "
-               "distance",
+               "NO-GO if the median uncertainty of a mark exceeds this percentage of the limit",
                units::percent, above_zero},
               a.options.max_sigma_ratio);
   f.otherwise({"accept_unsettled", "warn instead of NO-GO if a simulation is not at rest"},

@@ -133,6 +133,7 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     judge_repeats(drape.input, options, report);
+    judge_resolution(options, report);
     report.match = match_of(drape.input, options, report);
     if (auto warning = warning_of_gaps(drape, report))
       report.warnings.push_back(std::move(*warning));

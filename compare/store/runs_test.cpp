@@ -249,6 +249,7 @@ TEST_F(Runs, AnEarlierStateThatIsStoredAgainIsTheLastWordAgain) {
 TEST_F(Runs, EachRunKeepsItsOwnVerdict) {
   Options strict;
   strict.max_sigma_ratio = 1e-9;
+  strict.tolerance_m = 1e-3;
   run(kMarch, {"strict", ""}, {}, strict);
   EXPECT_FALSE(history_page(StoreReader(store()), {}).go);
   run(kMay, {"lax", ""});

@@ -793,6 +793,17 @@ void judge_repeats(const DrapeInput& input, const Options& options, Report& repo
   }
 }
 
+void judge_resolution(const Options& options, Report& report) {
+  MatchVerdict to_decide;
+  if (report.headline) set_limit(options, report, to_decide);
+  const std::optional<double>& sigma_m = report.measurement.sigma_median_m;
+  if (to_decide.limit_m && sigma_m &&
+      *sigma_m > options.max_sigma_ratio * std::max(*to_decide.limit_m, *to_decide.value_m))
+    report.no_go.push_back(fmt::format(
+        "the uncertainty of a mark (median {:.3f} mm) is above {:g} % of the limit ({:.3f} mm)",
+        *sigma_m / mm, options.max_sigma_ratio * 100, *to_decide.limit_m / mm));
+}
+
 Match decide(double value_m, double open_m, double limit_m) {
   return value_m + open_m <= limit_m  ? Match::inside
          : value_m - open_m > limit_m ? Match::outside

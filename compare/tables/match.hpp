@@ -79,6 +79,12 @@ struct BudgetInputs {
 /// distances, and the position of the headline among them.
 void judge_repeats(const DrapeInput& input, const Options& options, Report& report);
 
+/// Adds a NO-GO if the marks are too uncertain for the limit of the match: their median uncertainty
+/// is above Options::max_sigma_ratio of the limit and of the distance compared with it. A distance
+/// far beyond the limit needs no finer marks, and a small one is no fault of them. Without a limit
+/// nothing is decided: the distance and its U are given.
+void judge_resolution(const Options& options, Report& report);
+
 /// Compares a value, which open contributions may change by `open_m`, with a limit (ISO 14253-1).
 [[nodiscard]] Match decide(double value_m, double open_m, double limit_m);
 

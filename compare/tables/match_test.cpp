@@ -58,6 +58,7 @@ Report judged(const DrapeInput& input, double inputs_m, double own_m = 0,
   report.budget->expanded_m = report.budget->inputs_m = inputs_m;
   report.budget->own_m = own_m;
   judge_repeats(input, options, report);
+  judge_resolution(options, report);
   report.match = match_of(input, options, report);
   return report;
 }
@@ -121,11 +122,51 @@ TEST(Match, WithoutALimitIsNone) {
                                                           HasSubstr("tolerance_mm")));
 }
 
+/// Judged with marks of 0.03 mm, raised by d, against a tolerance.
+Report resolved(double d_m, std::optional<double> tolerance_m) {
+  const DrapeInput input =
+      test::drape_of(test::measured_sheet(), {test::simulated_sheet(11, 5, test::raised(d_m))});
+  Options options;
+  options.tolerance_m = tolerance_m;
+  Report report = compare_drape(input, options);
+  report.budget = Budget{};
+  report.budget->expanded_m = report.budget->inputs_m = 0.02 * mm;
+  judge_resolution(options, report);
+  report.match = match_of(input, options, report);
+  return report;
+}
+
+/// A measurement is good or bad for what it decides: a small distance is no fault of it.
+TEST(Match, MarksTooUncertainForTheLimitAreNoGo) {
+  for (const double d_mm : {0.0, 0.001, 0.1, 0.29}) {
+    const Report good = resolved(d_mm * mm, 0.31 * mm);
+    EXPECT_EQ(good.match.match, Match::inside) << d_mm << ": " << good.match.reason;
+    const Report bad = resolved(d_mm * mm, 0.29 * mm);
+    EXPECT_THAT(bad.no_go, testing::ElementsAre(HasSubstr("above 10 % of the limit")));
+    EXPECT_EQ(bad.match.match, Match::undecided) << d_mm;
+    EXPECT_TRUE(resolved(d_mm * mm, {}).go()) << "nothing is decided, and U is given";
+  }
+  const Report far = resolved(0.31 * mm, 0.1 * mm);
+  EXPECT_TRUE(far.go());
+  EXPECT_EQ(far.match.match, Match::outside) << "far beyond the limit, finer marks change nothing";
+}
+
+TEST(Match, MarksTooUncertainForTheScatterOfRepeatsAreNoGo) {
+  const Report good = judged(laid(8, 20 * mm), 0.01 * mm);
+  ASSERT_TRUE(good.go());
+  DrapeInput input = laid(8, 20 * mm);
+  const double sigma_m = 11 * std::max(*good.match.limit_m, *good.match.value_m);
+  for (SheetMark& mark : input.measured.sheet.marks)
+    mark.covariance_m2 = Eigen::Matrix3d::Identity() * sigma_m * sigma_m;
+  const Report bad = judged(input, 0.01 * mm);
+  EXPECT_THAT(bad.no_go, testing::ElementsAre(HasSubstr("% of the limit")));
+  EXPECT_EQ(bad.match.match, Match::undecided);
+}
+
 /// Contributions of a budget by name, each a standard uncertainty (mm), with a remedy if named.
 Report with_lines(const DrapeInput& input, const std::vector<BudgetLine>& lines,
                   double tolerance_m) {
   Options options;
-  options.max_sigma_ratio = 10;
   options.tolerance_m = tolerance_m;
   Report report = compare_drape(input, options);
   Budget budget;
