@@ -370,19 +370,14 @@ std::string ending_lines(const ReportedDrape& drape, std::size_t name_width) {
   if (!shown.shape.empty())
     first +=
         fmt::format(": shape {} mm, place {} mm and {} deg", shown.shape, shown.place, shown.turn);
-  std::string text = cut(first, kWidth).first + "\n", rest = drape.why;
-  const std::string next = drape.next.empty() ? "" : "Next: " + drape.next;
-  const auto line = [&](const std::string& said, bool last) {
-    auto [now, later] = cut(said, kWidth - indent.size());
-    if (last && !later.empty()) now = cut(said, kWidth - indent.size() - 4).first + " ...";
-    text += indent + now + "\n";
-    return later;
-  };
-  if (!rest.empty()) rest = line(rest, !next.empty());
-  if (!next.empty())
-    line(next, true);
-  else if (!rest.empty())
-    line(rest, true);
+  const auto [head, tail] = cut(first, kWidth);
+  std::string text = head + "\n";
+  for (std::string rest : {tail, drape.why, drape.next.empty() ? "" : "Next: " + drape.next})
+    while (!rest.empty()) {
+      auto [now, later] = cut(rest, kWidth - indent.size());
+      text += indent + now + "\n";
+      rest = std::move(later);
+    }
   return text;
 }
 
@@ -440,8 +435,6 @@ std::string detail_text(const ReportedDrape& drape) {
   const auto add = [&](const std::string& what, const std::string& said) {
     if (!said.empty()) text += fmt::format("  {:<12} {}\n", what, said);
   };
-  add("why", drape.why);
-  add("next", drape.next);
   if (drape.match.error_number) add("E_n", figure(*drape.match.error_number));
   add("simulation", drape.simulation);
   add("measurement", drape.no_go.empty() ? "GO" : "NO-GO");

@@ -270,7 +270,7 @@ struct DistanceFigures {
 };
 [[nodiscard]] DistanceFigures figures_of(const ReportedDrape& drape);
 
-/// Summary of a drape in at most three lines of 100 columns: name, match, distance and U, shape and
+/// Summary of a drape in lines of at most 100 columns: name, match, distance and U, shape and
 /// position, reason and next action.
 [[nodiscard]] std::string ending_lines(const ReportedDrape& drape, std::size_t name_width);
 
