@@ -5,7 +5,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <set>
 
 #include "triangulate/point.hpp"
 

@@ -266,22 +266,32 @@ TEST(Triangulate, EveryMarkIsMeasuredOnceOrAGapWithAReason) {
 }
 
 /// A print stated with one row or column more than the cloth has: all marks are found where they
-/// are, and nothing but the empty edge speaks of it. A hem of which one dot is seen is none.
-TEST(Triangulate, NamesAnEdgeOfThePrintThatNoCameraShows) {
+/// are, and nothing but the empty edge, where cameras look, speaks of it. A hem of which one dot is
+/// seen is none; one beyond the pictures may be there.
+TEST(Triangulate, RefusesAnEdgeOfThePrintThatLiesInThePicturesButNoneShows) {
   Detections detections = true_detections("C", Seen::centre, 0.02);
-  const auto warnings = [&] {
-    return triangulate(detections, true_calibration(), "drape_C", plain()).report.warnings;
+  Calibration calibration = true_calibration();
+  const auto report = [&] {
+    return triangulate(detections, calibration, "drape_C", plain()).report;
   };
-  EXPECT_THAT(warnings(), Not(Contains(HasSubstr("no camera shows"))));
+  EXPECT_THAT(report().warnings, Not(Contains(HasSubstr("no camera shows"))));
+  EXPECT_THAT(report().no_go, testing::IsEmpty());
   detections.lattice.rows = 12;
   detections.lattice.patch_m.x() += 20 * mm;
-  EXPECT_THAT(warnings(), Contains(AllOf(HasSubstr("no camera shows a mark of row 11"),
-                                         HasSubstr("correct `rows` of its print"))));
+  EXPECT_THAT(report().no_go, ElementsAre(AllOf(HasSubstr("no camera shows a mark of row 11"),
+                                                HasSubstr("correct `rows` of its print"))));
   detections.lattice.cols = 12;
   detections.lattice.patch_m.y() += 20 * mm;
-  EXPECT_THAT(warnings(), Contains(HasSubstr("correct `cols` of its print")));
+  EXPECT_THAT(report().no_go, Contains(HasSubstr("correct `cols` of its print")));
   detections.frames[0].rejections.push_back({MarkId{11, 5}, std::nullopt, "bad fit"});
-  EXPECT_THAT(warnings(), Not(Contains(HasSubstr("a mark of row 11"))));
+  EXPECT_THAT(report().no_go, Not(Contains(HasSubstr("a mark of row 11"))));
+  for (CalibratedCamera& one : calibration.cameras)
+    std::visit([](auto& lens) { lens.cx_px -= 5000; }, one.camera.model.lens);
+  for (FrameDetections& frame : detections.frames)
+    for (Detection& one : frame.detections) one.centre_px.x() -= 5000;
+  EXPECT_THAT(report().no_go, testing::IsEmpty());
+  EXPECT_THAT(report().warnings,
+              Contains(HasSubstr("a mark of col 11, 0 of which would lie within the pictures")));
 }
 
 TEST(Triangulate, LeavesOutOneWrongViewOfThree) {

@@ -237,6 +237,12 @@ TEST(Guards, ABallForABoxIsSeenByLevelClothAlone) {
   for (SheetMark& mark : top.marks)
     if (mark.mark.col % 2 == 1) mark.point_in_world.z() += 1 * mm;
   EXPECT_THAT(text(), HasSubstr(kBall));
+  EXPECT_THAT(text(), HasSubstr("a cylinder as high in its place would not be seen"));
+  Cylinder round{{}, 80 * mm, 160 * mm, 0};
+  round.world_from_cylinder = std::get<Box>(scene.obstacles[0]).world_from_box;
+  scene.obstacles[0] = round;
+  EXPECT_THAT(text(), HasSubstr("error of its diameter"));
+  EXPECT_THAT(text(), HasSubstr("a cube as high in its place would not be seen"));
 }
 
 TEST(Guards, ATautStringOverABoxHasTheLengthOfItsTwoStraightParts) {

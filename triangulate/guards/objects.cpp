@@ -955,19 +955,28 @@ ObjectSuggestion suggested_object(const SeenCloth& seen, const Scene& scene, std
 
 namespace {
 
-/// Kind of another body of the same height in an object's place that the guard does not name; null
-/// if it names all: a ball for a box, a cube of any turn for a ball.
-const char* unseen_kind(const Guard& guard, const Obstacle& object) {
-  if (const auto* box = std::get_if<Box>(&object))
-    return guard.names(Sphere{box->world_from_box.translation_m, 0.5 * box->size_m.z()}) ? nullptr
-                                                                                         : "ball";
-  const auto& ball = std::get<Sphere>(object);
+/// Kinds of another body of the same height in an object's place that the guard does not name: a
+/// ball, an upright cylinder as wide as high, a cube of any turn.
+std::vector<const char*> unseen_kinds(const Guard& guard, const Stated& stated) {
+  const Obstacle& own = guard.scene.obstacles[guard.object];
+  const auto* body = std::get_if<Cylinder>(&own);
+  const double half_m =
+      body != nullptr ? half_height_m(*body) : 0.5 * stated.size_mm[stated.is_box ? 2 : 0] * mm;
+  const Vector3d centre = stated.foot_mm * mm + Vector3d(0, 0, half_m);
+  Cylinder round{{}, half_m, 2 * half_m, 0};
   Box cube;
-  cube.world_from_box.translation_m = ball.centre_in_world;
-  cube.size_m = Vector3d::Constant(2 * ball.radius_m);
-  for (int turn_deg = 0; turn_deg < 90; turn_deg += 10)
-    if (!guard.names(turned(cube, turn_deg * deg))) return "cube";
-  return nullptr;
+  round.world_from_cylinder.translation_m = cube.world_from_box.translation_m = centre;
+  cube.size_m = Vector3d::Constant(2 * half_m);
+  std::vector<const char*> kinds;
+  if (!std::holds_alternative<Sphere>(own) && !guard.names(Sphere{centre, half_m}))
+    kinds.push_back("ball");
+  if (body == nullptr && !guard.names(round)) kinds.push_back("cylinder");
+  for (int turn_deg = 0; turn_deg < 90 && !stated.is_box; turn_deg += 10)
+    if (!guard.names(turned(cube, turn_deg * deg))) {
+      kinds.push_back("cube");
+      break;
+    }
+  return kinds;
 }
 
 }  // namespace
@@ -987,11 +996,10 @@ std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene) 
                                     most_m / mm)});
       continue;
     }
-    const auto* box = std::get_if<Box>(&object);
-    const auto* ball = std::get_if<Sphere>(&object);
-    if (box == nullptr && ball == nullptr) continue;
+    const auto stated = stated_of(object);
+    if (!stated) continue;
     const double half_mm =
-        (box != nullptr ? 0.5 * box->size_m.head<2>().minCoeff() : ball->radius_m) / mm;
+        0.5 * (stated->is_box ? stated->size_mm.head<2>().minCoeff() : stated->size_mm.x());
     const Guard guard{seen, scene, i};
     const auto one = [&](const char* text, int parameter, double sign) {
       return along(object, text, parameter, sign);
@@ -1002,10 +1010,10 @@ std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene) 
                        "; " +
                        guard.text({one("too high", 2, 1), one("too low", 2, -1)}, half_mm,
                                   "error of its top's height", "mm");
-    if (ball != nullptr)
+    if (!stated->is_box)
       text += "; " + guard.text({one("too large", 4, 1), one("too small", 4, -1)}, half_mm,
                                 "error of its diameter", "mm");
-    if (box != nullptr)
+    if (const auto* box = std::get_if<Box>(&object))
       text += "; " +
               guard.text({one("towards +yaw", 3, 1), one("towards -yaw", 3, -1)}, 45,
                          "error of its turn", "degrees") +
@@ -1013,7 +1021,7 @@ std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene) 
               guard.text({wider(*box, "too large along x", 0), wider(*box, "too large along y", 1)},
                          half_mm, "error of its width", "mm") +
               "; a width stated too small would not be seen, for cloth need not touch the sides";
-    if (const char* other = unseen_kind(guard, object))
+    for (const char* other : unseen_kinds(guard, *stated))
       text += fmt::format("; a {} as high in its place would not be seen", other);
     unseen.push_back(
         {fmt::format("object {}", i + 1), text + "; a plate of tags measures it (drape object)"});
