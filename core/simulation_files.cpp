@@ -214,7 +214,9 @@ void fields(Fields& f, LevelMark& one) {
   f({"col", "mark along the weft", 1, 0}, one.mark.col);
   f({"place_mm", "position in the world on the finest mesh", mm}, one.place_in_world);
   f({"mesh_error_mm", "largest distance from the limit of infinite refinement", mm, 0}, one.left_m);
-  f.if_any({"from_coarser_mm", "displacement from the next coarser mesh", mm}, one.from_coarser_m);
+  f.if_any({"from_coarser_mm",
+            "displacement from the next coarser mesh, on the branch of the finest", mm},
+           one.from_coarser_m);
 }
 
 void fields(Fields& f, LevelsFile& file) {
@@ -236,9 +238,20 @@ std::string mesh_error_sentence(const LevelsFile& file) {
   if (!file.left_m)
     return fmt::format("mesh error not known: one mesh alone; `--spacing-mm {:g}` adds a finer one",
                        finest.spacing_m / mm / 2);
+  double own_branch_m = 0, by_level_m = 0;
+  for (const LevelMark& mark : file.marks) {
+    if (!mark.from_coarser_m) continue;
+    own_branch_m += mark.from_coarser_m->norm();
+    by_level_m += finest.from_coarser_m.value_or(0);
+  }
+  const bool jumped = own_branch_m < 0.999 * by_level_m;  // else equal but for rounding
   return fmt::format(
-      "mesh error up to {:.3f} mm in the mean of the marks; `--spacing-mm {:g}` lowers it",
-      *file.left_m / mm, finest.spacing_m / mm / 2);
+      "mesh error up to {:.3f} mm in the mean of the marks{}; `--spacing-mm {:g}` {}",
+      *file.left_m / mm,
+      jumped ? fmt::format(", on a branch that lies {:.3f} mm from that of the next coarser mesh",
+                           *finest.from_coarser_m / mm)
+             : "",
+      finest.spacing_m / mm / 2, jumped ? "shows whether it stays there" : "lowers it");
 }
 
 /// Describes the moves, which are absent if the cloth did not come to rest.

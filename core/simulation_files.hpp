@@ -153,7 +153,7 @@ struct LevelMark {
   MarkId mark;
   Eigen::Vector3d place_in_world = Eigen::Vector3d::Zero();
   double left_m = 0;  ///< largest distance from the limit of infinite mesh refinement
-  std::optional<Eigen::Vector3d> from_coarser_m;  ///< displacement from the next coarser mesh
+  std::optional<Eigen::Vector3d> from_coarser_m;  ///< move from the next coarser mesh, own branch
 };
 
 /// levels.json: the meshes of a drape from coarse to fine, with the remaining error of the finest.

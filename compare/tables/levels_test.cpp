@@ -88,6 +88,20 @@ TEST(Levels, OfAMeshThatIsNotAtRestOrAloneSayWhyNothingIsKnown) {
             "mesh error not known: one mesh alone; `--spacing-mm 5` adds a finer one");
 }
 
+TEST(Levels, ThatEndOnAnotherBranchSaySo) {
+  LevelsFile levels = test::levels_of(test::measured_sheet(), kMeshLeft_mm * mm);
+  for (const double part : {1.0, 0.1}) {
+    for (LevelMark& mark : levels.marks)
+      mark.from_coarser_m = part * *levels.levels.back().from_coarser_m * Eigen::Vector3d::UnitX();
+    EXPECT_EQ(mesh_error_sentence(levels),
+              part == 1 ? "mesh error up to 0.250 mm in the mean of the marks; `--spacing-mm 1.25` "
+                          "lowers it"
+                        : "mesh error up to 0.250 mm in the mean of the marks, on a branch that "
+                          "lies 0.750 mm from that of the next coarser mesh; `--spacing-mm 1.25` "
+                          "shows whether it stays there");
+  }
+}
+
 TEST(Levels, AreThoseOfTheSheetBesideThem) {
   const drape::test::TemporaryFolder folder;
   const fs::path sheet = folder.path() / "2.5mm-5" / "sheet.ply",

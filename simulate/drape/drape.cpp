@@ -596,11 +596,6 @@ State DrapeLevel::forces(const ClothMoment& moment) const {
   return force;
 }
 
-std::optional<State> DrapeLevel::first_order(const ClothMoment& rest, const State& force_change) {
-  auto found = first_order(rest, std::vector<State>{force_change});
-  return found ? std::optional(std::move(found->front())) : std::nullopt;
-}
-
 std::optional<std::vector<State>> DrapeLevel::first_order(const ClothMoment& rest,
                                                           const std::vector<State>& force_changes,
                                                           double residual) {
@@ -615,6 +610,18 @@ std::optional<std::vector<State>> DrapeLevel::first_order(const ClothMoment& res
     all.push_back(std::move(*found));
   }
   return all;
+}
+
+std::optional<double> mean_apart_m(const Eigen::MatrixX3d& a, const Eigen::MatrixX3d& b) {
+  double sum = 0;
+  int count = 0;
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    const double apart = (a.row(i) - b.row(i)).norm();
+    if (std::isnan(apart)) continue;
+    sum += apart;
+    ++count;
+  }
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
 }
 
 namespace {
@@ -636,7 +643,10 @@ class Levels {
         start_(start),
         spacings_(level_spacings_m(options)) {
     for (int row = 0; row < drape.print.rows; ++row)
-      for (int col = 0; col < drape.print.cols; ++col) marks_.push_back({row, col});
+      for (int col = 0; col < drape.print.cols; ++col) {
+        marks_.push_back({row, col});
+        material_m_.push_back(drape.print.material_m(marks_.back()));
+      }
   }
 
   [[nodiscard]] Drape from_start() {
@@ -747,22 +757,10 @@ class Levels {
 
   void add(Drape& drape, std::shared_ptr<DrapeLevel> level, ClothMoment moment,
            RestReport report) const {
-    std::vector<Vector2d> material;
-    for (const MarkId& mark : marks_) material.push_back(case_.print.material_m(mark));
     LevelReport own{level->spacing_m(), level->cloth().points(), std::move(report), {}};
-    Eigen::MatrixX3d marks = level->places(moment, material);
-    if (!drape.marks_of_level.empty()) {
-      double sum = 0;
-      int count = 0;
-      const auto& coarser = drape.marks_of_level.back();
-      for (Eigen::Index i = 0; i < marks.rows(); ++i) {
-        const double moved = (marks.row(i) - coarser.row(i)).norm();
-        if (std::isnan(moved)) continue;
-        sum += moved;
-        ++count;
-      }
-      if (count > 0) own.moved_m = sum / count;
-    }
+    Eigen::MatrixX3d marks = level->places(moment, material_m_);
+    if (!drape.marks_of_level.empty())
+      own.moved_m = mean_apart_m(marks, drape.marks_of_level.back());
     drape.levels.push_back(std::move(own));
     drape.marks_of_level.push_back(std::move(marks));
     drape.level = std::move(level);
@@ -774,6 +772,7 @@ class Levels {
 
   /// Drops marks that are not on the cloth, and estimates the error of the last mesh.
   void finish(Drape& drape) const {
+    const bool jumped = drape.at_rest() && jumped_last(drape);
     std::vector<Eigen::Index> on;
     for (Eigen::Index i = 0; i < std::ssize(marks_); ++i) {
       if (drape.marks_of_level.back().row(i).hasNaN()) continue;
@@ -782,7 +781,30 @@ class Levels {
     }
     for (Eigen::MatrixX3d& marks : drape.marks_of_level) marks = marks(on, Eigen::all).eval();
     if (drape.levels.size() < 2) return;
-    drape.mesh_error_m = simulate::mesh_error_m(case_, drape.levels, drape.marks_of_level);
+    drape.mesh_error_m = simulate::mesh_error_m(case_, drape.levels, drape.marks_of_level, jumped);
+  }
+
+  /// Tells whether the last refinement jumped to another branch, and then replaces the marks of the
+  /// mesh before by those of the finest branch there. A refinement that moves the marks by at most
+  /// half of the move before (first order), and not farther than its spacing, is taken for none.
+  /// Else the finest cloth is carried back to rest on the mesh before: it jumped if it comes nearer
+  /// than it went, and if both rests on that mesh are farther apart than both meshes.
+  [[nodiscard]] bool jumped_last(Drape& drape) const {
+    const LevelReport* const last = &drape.levels.back();
+    if (drape.levels.size() < 2 || !last->moved_m) return false;
+    const bool shrinks =
+        drape.levels.size() == 2 || kLeastShrunk * *last->moved_m <= last[-1].moved_m.value_or(0);
+    if (shrinks && *last->moved_m <= last->spacing_m) return false;
+    const auto coarser = level_of(drape.levels.size() - 2);
+    ClothMoment moment = coarser->carried(*drape.level, drape.rest);
+    if (!coarser->rest(moment).at_rest) return false;
+    const Eigen::MatrixX3d own = coarser->places(moment, material_m_);
+    Eigen::MatrixX3d& through = *(drape.marks_of_level.end() - 2);
+    const auto meshes_m = mean_apart_m(own, drape.marks_of_level.back()),
+               rests_m = mean_apart_m(own, through);
+    if (!meshes_m || *meshes_m >= std::min(*last->moved_m, rests_m.value_or(0))) return false;
+    through = own;
+    return true;
   }
 
   const DrapeCase& case_;
@@ -792,6 +814,7 @@ class Levels {
   const DrapeStart& start_;
   std::vector<double> spacings_;
   std::vector<MarkId> marks_;
+  std::vector<Vector2d> material_m_;  ///< of each mark
 };
 
 /// Ratio of a mark's moves between successive pairs of three meshes, for an error proportional to
@@ -804,11 +827,12 @@ double ratio_of_moves(const LevelReport* three, double order) {
 }  // namespace
 
 Eigen::VectorXd mesh_error_m(const DrapeCase& drape, const std::vector<LevelReport>& levels,
-                             const std::vector<Eigen::MatrixX3d>& marks_of_level) {
-  const double last = levels.back().moved_m.value_or(0);
+                             const std::vector<Eigen::MatrixX3d>& marks_of_level, bool jumped) {
+  const Eigen::MatrixX3d &finest = marks_of_level.back(), &coarser = *(marks_of_level.end() - 2);
+  const double last = mean_apart_m(finest, coarser).value_or(0);
   const bool pinned = !drape.pins_at.empty(), held = pinned || !drape.lines.empty();
-  double shrunk = pinned ? kLeastShrunk : kMostShrunk, safety = kSafetyUnseen;
-  if (levels.size() > 2 && last > 0) {
+  double shrunk = pinned || jumped ? kLeastShrunk : kMostShrunk, safety = kSafetyUnseen;
+  if (levels.size() > 2 && last > 0 && !jumped) {
     const LevelReport* const three = &*(levels.end() - 3);
     const double seen = three[1].moved_m.value_or(0) / last;
     if (!pinned) shrunk = std::clamp(seen, kLeastShrunk, kMostShrunk);
@@ -816,9 +840,7 @@ Eigen::VectorXd mesh_error_m(const DrapeCase& drape, const std::vector<LevelRepo
         seen <= ratio_of_moves(three, kOrder + kOrderSpread))
       safety = kSafety;
   }
-  const Eigen::VectorXd moved =
-      (marks_of_level.back() - *(marks_of_level.end() - 2)).rowwise().norm();
-  return safety / (shrunk - 1) * moved.cwiseMax(last / 2);
+  return safety / (shrunk - 1) * (finest - coarser).rowwise().norm().cwiseMax(last / 2);
 }
 
 Drape drape_cloth(const DrapeCase& drape, const DrapeOptions& options,

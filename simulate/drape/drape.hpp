@@ -134,14 +134,12 @@ class DrapeLevel {
   /// surroundings at the time of the call.
   [[nodiscard]] MeshCloth::State forces(const ClothMoment& moment) const;
 
-  /// First-order displacement of all unknowns, in their units, due to a small change of the forces
-  /// (N; N m for edges). Solves H dx = df by preconditioned conjugate gradients on exact products
-  /// with the Hessian. Contacts keep their state: pressed points stay pressed, sticking points
-  /// stick, sliding points slide. nullopt if H is not positive definite.
-  [[nodiscard]] std::optional<MeshCloth::State> first_order(const ClothMoment& rest,
-                                                            const MeshCloth::State& force_change);
-  /// Same, for several changes. `residual`: norm of the residual relative to that of the change, in
-  /// the metric of the preconditioner, where it is the relative error in energy.
+  /// First-order displacement of all unknowns, in their units, due to each of some small changes of
+  /// the forces (N; N m for edges). Solves H dx = df by preconditioned conjugate gradients on exact
+  /// products with the Hessian. Contacts keep their state: pressed points stay pressed, sticking
+  /// points stick, sliding points slide. nullopt if H is not positive definite. `residual`: norm of
+  /// the residual relative to that of the change, in the metric of the preconditioner, where it is
+  /// the relative error in energy.
   [[nodiscard]] std::optional<std::vector<MeshCloth::State>> first_order(
       const ClothMoment& rest, const std::vector<MeshCloth::State>& force_changes,
       double residual = 1e-6);
@@ -166,7 +164,8 @@ struct Drape {
   ClothMoment rest;
   std::vector<LevelReport> levels;  ///< ordered from coarse to fine, up to the last one reached
   /// Positions of the print's marks on each level (local frame), one row per mark in the order of
-  /// `marks`.
+  /// `marks`. If the last refinement jumped to another branch, those before it are of the finest
+  /// branch, reached from the finest mesh.
   std::vector<Eigen::MatrixX3d> marks_of_level;
   std::vector<MarkId> marks;
   /// Estimated distance (m) of each mark from the limit of infinite refinement; empty for one
@@ -177,6 +176,10 @@ struct Drape {
   [[nodiscard]] bool at_rest() const { return levels.back().rest.at_rest; }
 };
 
+/// Mean distance (m) of corresponding rows; nullopt if there are none without NaN.
+[[nodiscard]] std::optional<double> mean_apart_m(const Eigen::MatrixX3d& a,
+                                                 const Eigen::MatrixX3d& b);
+
 /// Estimated distance (m) of each mark from the limit of infinite refinement, for two levels or
 /// more: F d / (r - 1) (grid convergence index: Roache 1994). d is the move of the mark between the
 /// last two levels, at least half of its mean over the marks, since a mark may cross its limit. r
@@ -185,10 +188,12 @@ struct Drape {
 /// by the same length per level, masked at first by other errors. Two levels show no r: it is 4.
 /// The safety factor F is 3, or 1.25 (Oberkampf and Roy 2010, section 8.6.4) if neither pins nor
 /// clamps hold the cloth and the order of convergence seen on three levels is within 0.2 of 2, that
-/// of contact and bending. `marks_of_level` has a row per mark.
+/// of contact and bending. `marks_of_level` has a row per mark. If the last refinement jumped to
+/// another branch, the last two are of the finest branch, and r is 2: no order is seen on it.
 [[nodiscard]] Eigen::VectorXd mesh_error_m(const DrapeCase& drape,
                                            const std::vector<LevelReport>& levels,
-                                           const std::vector<Eigen::MatrixX3d>& marks_of_level);
+                                           const std::vector<Eigen::MatrixX3d>& marks_of_level,
+                                           bool jumped = false);
 
 /// Returns the start of a cloth on the coarsest mesh, in place of DrapeLevel::start().
 using DrapeStart = std::function<ClothMoment(const DrapeLevel& level)>;

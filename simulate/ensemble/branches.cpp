@@ -129,17 +129,12 @@ std::optional<double> from_measured_m(const DrapeLevel& level, const ClothMoment
   const std::optional<Sheet>& measured = level.drape().local.measured;
   if (!measured) return std::nullopt;
   std::vector<Vector2d> material_m;
-  for (const SheetMark& mark : measured->marks) material_m.push_back(mark.material_m);
-  const MatrixX3d places = level.places(moment, material_m);
-  double sum = 0;
-  int count = 0;
-  for (std::size_t k = 0; k < material_m.size(); ++k) {
-    const Vector3d place = places.row(static_cast<Index>(k));
-    if (!place.allFinite()) continue;
-    sum += (place - measured->marks[k].point_in_world).norm();
-    ++count;
+  MatrixX3d there_m(measured->marks.size(), 3);
+  for (const SheetMark& mark : measured->marks) {
+    there_m.row(std::ssize(material_m)) = mark.point_in_world;
+    material_m.push_back(mark.material_m);
   }
-  return count > 0 ? std::optional(sum / count) : std::nullopt;
+  return mean_apart_m(level.places(moment, material_m), there_m);
 }
 
 /// True if a small change of forces has a first-order solution: the equilibrium is stable.
@@ -150,7 +145,7 @@ bool is_stable(DrapeLevel& level, const ClothMoment& moment) {
     change[i] =
         level.cloth().mass_kg()[i] * Vector3d(std::sin(t), std::sin(t * t), std::cos(2 * t));
   }
-  return level.first_order(moment, change).has_value();
+  return level.first_order(moment, {change}).has_value();
 }
 
 EnsembleCase with_friction(const EnsembleCase& own, double coefficient) {
