@@ -471,20 +471,6 @@ MarksOnSurface surface_of(const std::vector<MarkViews>& marks, const std::vector
   return surface;
 }
 
-void place_all(const std::vector<MarkViews>& marks, const AgreementLimits& limits, int threads,
-               std::vector<Placed>& placed) {
-  parallel_for(marks.size(), threads, [&](std::size_t i) {
-    if (marks[i].views.size() >= 2) placed[i].agreed = solve_with_agreement(marks[i].views, limits);
-  });
-}
-
-Eigen::Vector3d towards_cameras(const MarkViews& mark, const Eigen::Vector3d& in_world) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const View& view : mark.views)
-    sum += (centre_in_world(view.camera->camera) - in_world).normalized();
-  return sum.normalized();
-}
-
 /// Solves again with dot shapes predicted from the measured surface around each mark; the agreement
 /// of the views is only tested after that.
 void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& limits,
@@ -497,8 +483,11 @@ void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& l
       const auto here = surface.find(marks[i].mark);
       if (here == surface.end()) return;
       const Eigen::Vector3d& at = here->second.in_world;
+      Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+      for (const View& view : marks[i].views)
+        towards += (centre_in_world(view.camera->camera) - at).normalized();
       const SurfacePatch patch =
-          surface_patch(surface, marks[i].mark, lattice.pitch_m, towards_cameras(marks[i], at));
+          surface_patch(surface, marks[i].mark, lattice.pitch_m, towards.normalized());
       placed[i].shaped_views =
           without_dot_shape(marks[i].views, at, patch, trust, lattice.dot_diameter_m);
       placed[i].agreed = solve_with_agreement(placed[i].shaped_views, limits);
@@ -514,15 +503,12 @@ void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& l
 
 SheetMark sheet_mark(const MarkViews& mark, const Placed& placed, const MarkLattice& lattice) {
   const Point& point = *placed.agreed.point;
-  SheetMark result;
-  result.mark = mark.mark;
-  result.material_m =
-      lattice.margin_m + lattice.pitch_m * Eigen::Vector2d(mark.mark.row, mark.mark.col);
-  result.point_in_world = point.in_world;
-  result.covariance_m2 = point.covariance_m2();
-  result.views = static_cast<int>(placed.agreed.used.size());
-  result.reprojection_px = point.rms_px();
-  return result;
+  return {mark.mark,
+          lattice.margin_m + lattice.pitch_m * Eigen::Vector2d(mark.mark.row, mark.mark.col),
+          point.in_world,
+          point.covariance_m2(),
+          static_cast<int>(placed.agreed.used.size()),
+          point.rms_px()};
 }
 
 /// Returns every mark that has a point, including those that neighbours rule out.
@@ -671,10 +657,10 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   const auto marks = collect_views(detections, calibration, places, set, options.floor_px);
   const AgreementLimits limits{options.max_sigmas, options.min_angle_deg * deg};
   std::vector<Placed> placed(marks.size());
-  place_all(marks, limits, options.threads, placed);
-  if (options.correct_dot_shape) {
-    correct_shape(marks, limits, lattice, options.threads, placed);
-  }
+  parallel_for(marks.size(), options.threads, [&](std::size_t i) {
+    if (marks[i].views.size() >= 2) placed[i].agreed = solve_with_agreement(marks[i].views, limits);
+  });
+  if (options.correct_dot_shape) correct_shape(marks, limits, lattice, options.threads, placed);
   result.sheet.rows = lattice.rows;
   result.sheet.cols = lattice.cols;
   result.sheet.patch_m = lattice.patch_m;
