@@ -8,6 +8,7 @@
 
 #include "compare/history/results.hpp"
 #include "compare/tables/tables.hpp"
+#include "core/files/new_folder.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {
@@ -181,8 +182,7 @@ class CrateWriter {
     expect_scenes(sheets);
     for (const std::string& sha256 : made_again) {
       const fs::path name = fs::path("files") / "store" / (sha256 + ".json");
-      write_durable(out_ / name, *store_.blob(sha256));
-      add_file(name, sha256, "sheet that was made again since");
+      add_file(name, *store_.blob(sha256), "sheet that was made again since");
       crate_.findings.push_back(kNotTraced + name.string());
     }
     if (files_.empty()) return;
@@ -229,15 +229,13 @@ class CrateWriter {
       crate_.findings.push_back(kGone + file.string());
       return;
     }
-    if (std::any_of(stated.begin(), stated.end(),
-                    [&](const std::string& other) { return other != *sha256; })) {
+    if (std::ranges::any_of(stated, [&](const auto& other) { return other != *sha256; })) {
       crate_.findings.push_back(kNotAsRecorded + file.string());
       return;
     }
     if (!book_.is_traced(file)) crate_.findings.push_back(kNotTraced + file.string());
     const fs::path name = fs::path("files") / file.lexically_relative(base_);
-    write_durable(out_ / name, read_text(file));
-    add_file(name, *sha256, "");
+    add_file(name, read_text(file), "");
     ids_[file] = uri_of(name);
   }
 
@@ -250,12 +248,13 @@ class CrateWriter {
     return reference(id);
   }
 
-  void add_file(const fs::path& name, const std::string& sha256, const std::string& description) {
+  void add_file(const fs::path& name, const std::string& text, const std::string& description) {
+    write_durable(out_ / name, text);
     Json file = {{"name", name.filename().string()}};
     if (!description.empty()) file["description"] = description;
     file["encodingFormat"] = media_type(name);
-    file["contentSize"] = std::to_string(fs::file_size(out_ / name));
-    file["sha256"] = sha256;
+    file["contentSize"] = std::to_string(text.size());
+    file["sha256"] = sha256_of(std::string_view(text));
     parts_.push_back(add_entity(uri_of(name), "File", file));
     ++crate_.files;
   }
@@ -327,9 +326,7 @@ class CrateWriter {
     std::size_t numbers = 0;
     std::set<std::string> columns;
     const auto add = [&](const char* file, const char* description, const Table& table) {
-      const std::string text = csv_of(table);
-      write_durable(out_ / file, text);
-      add_file(file, sha256_of(std::string_view(text)), description);
+      add_file(file, csv_of(table), description);
       columns.insert(table.names.begin(), table.names.end());
       results.push_back(reference(file));
       numbers += table.rows.size();
@@ -439,10 +436,11 @@ class CrateWriter {
 
 Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& lab,
                   const fs::path& out) {
-  if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out)))
-    throw usage_error(fmt::format("{} is not an empty folder", out.string()),
-                      "name a new one with --out");
-  return CrateWriter(store, run, lab, out).write();
+  Crate crate;
+  write_new_folder(out, {}, [&](const fs::path& folder) {
+    crate = CrateWriter(store, run, lab, folder).write();
+  });
+  return crate;
 }
 
 static void fields(Fields& f, Lab::Author& author) {

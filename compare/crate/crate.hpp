@@ -37,8 +37,9 @@ struct Crate {
 /// Writes the results of one run, or of the whole store, into the new folder `out`: tables as CSV,
 /// copies of every file behind them down to photographs and curves, and ro-crate-metadata.json, a
 /// Process Run Crate 0.6 on RO-Crate 1.3, in which each run record is a CreateAction with its
-/// program, inputs and outputs. Throws Error(usage) for a run that is not in the store or a folder
-/// that is not empty.
+/// program, inputs and outputs. A crate that cannot be finished leaves no
+/// folder. Throws Error(usage) for a run that is not in the store, Error(bad_input) for a folder
+/// that exists.
 [[nodiscard]] Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& lab,
                                 const std::filesystem::path& out);
 

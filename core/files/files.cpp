@@ -222,13 +222,16 @@ void remove_durable(const fs::path& file) {
     fail_to_write(file, errno);
 }
 
-void write_new_folder(const fs::path& folder,
+void write_new_folder(const fs::path& named,
                       const std::vector<std::pair<std::string, std::string>>& files,
                       const std::function<void(const fs::path&)>& judge) {
+  const fs::path folder = named.has_filename() ? named : named.parent_path();
+  const fs::path above = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
+  const fs::path partial = above / ("." + folder.filename().string() + ".partial");
+  const WriterLock lock(partial.string() + ".lock", "another program writes a new folder here");
   if (fs::exists(folder))
     throw bad_input("the folder exists", {.file = folder.string()},
                     "name a new folder; nothing in this one was changed");
-  const fs::path partial = folder.parent_path() / ("." + folder.filename().string() + ".partial");
   std::error_code ignored;
   fs::remove_all(partial, ignored);
   try {
@@ -242,7 +245,7 @@ void write_new_folder(const fs::path& folder,
       where.file.replace(0, partial.string().size(), folder.string());
     throw Error(error.kind(), error.what_failed(), where, error.what_to_do());
   }
-  sync_folder(folder.has_parent_path() ? folder.parent_path() : fs::path("."), folder);
+  sync_folder(above, folder);
 }
 
 void require_target(const fs::path& file) {

@@ -313,6 +313,7 @@ void RunRecord::write(const fs::path& file, int exit_code, const Ending& ending)
   file_ = file;
   begin();
   write(exit_code, ending);
+  lock_.reset();  // removes its file before a new folder that holds it is renamed
 }
 
 fs::path run_record_path(const fs::path& output) {

@@ -10,7 +10,6 @@
 #include "core/drawing/svg.hpp"
 #include "core/files/files.hpp"
 #include "core/prints/face.hpp"
-#include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
 namespace drape::detect {
@@ -288,15 +287,6 @@ PrintedPage lay_out(const Face& face, const Vector2d& least, const Vector2d& mos
   return result;
 }
 
-bool is_output_of(const std::filesystem::path& record, const std::filesystem::path& file) {
-  if (!std::filesystem::is_regular_file(record)) return false;
-  try {
-    return read_run_file(record).wrote(sha256_of_file(file));
-  } catch (const Error&) {
-    return false;  // an unreadable record is no evidence
-  }
-}
-
 }  // namespace
 
 std::string pdf_of(const Page& page) {
@@ -424,13 +414,6 @@ std::string object_plate_toml(const Target& plate) {
     text += fmt::format("\n[[tags.tag]]\nid = {}\ncentre_mm = [{:.6f}, {:.6f}]\n", tag.id,
                         tag.centre_m.x() / mm, tag.centre_m.y() / mm);
   return text;
-}
-
-void require_replaceable_plate(const std::filesystem::path& file,
-                               const std::filesystem::path& record) {
-  if (!std::filesystem::exists(file) || is_output_of(record, file)) return;
-  throw bad_input("it is there already, and no plate that this program wrote beside its page",
-                  {.file = file.string()}, "give --out another name");
 }
 
 }  // namespace drape::detect

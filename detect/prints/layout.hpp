@@ -86,11 +86,6 @@ void check_windows(const DotClasses& classes);
 /// Description of the plate in the format of read_target().
 [[nodiscard]] std::string object_plate_toml(const Target& plate);
 
-/// Throws Error(bad_input) if `file` exists and is not exactly the output of the run of `record`:
-/// it may be a rig's target, or a description that was corrected since.
-void require_replaceable_plate(const std::filesystem::path& file,
-                               const std::filesystem::path& record);
-
 }  // namespace drape::detect
 
 template <>

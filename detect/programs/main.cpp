@@ -70,6 +70,20 @@ int write(const PrintedPage& printed, const fs::path& description, const fs::pat
   return finish(ending, common, record);
 }
 
+/// Throws Error(bad_input) if `file` exists and is neither exactly the output of the run of
+/// `record` nor the text to be written, left by a killed run: it may be a rig's target, or a
+/// description that was corrected since.
+void require_replaceable_plate(const fs::path& file, const std::string& text,
+                               const fs::path& record) {
+  if (!fs::exists(file) || read_text(file) == text) return;
+  try {
+    if (read_run_file(record).wrote(sha256_of_file(file))) return;
+  } catch (const Error&) {  // a record that cannot be read is no evidence
+  }
+  throw bad_input("it is there already, and no plate that this program wrote beside its page",
+                  {.file = file.string()}, "give --out another name");
+}
+
 /// Throws before any measurement if the overlay folder (empty: none) is not a
 /// folder, or lies in the recording, where overlays could overwrite a camera's
 /// pictures.
@@ -103,18 +117,15 @@ Ending ending_of(const DetectReport& report, Surface surface, bool is_plate,
                                  report.frames_without_marks.front());
   ending.numbers.emplace_back("marks per frame",
                               fmt::format("{:.1f}", report.marks / double(report.frames)));
-  if (report.median_sigma_px) {
+  if (report.median_sigma_px)
     ending.numbers.emplace_back("median standard deviation",
                                 fmt::format("{:.4f} px", *report.median_sigma_px));
-  }
-  if (report.dot_size_ratio) {
+  if (report.dot_size_ratio)
     ending.numbers.emplace_back("diameter of the dots",
                                 fmt::format("{:.3f} of the stated one", *report.dot_size_ratio));
-  }
-  if (report.islands > 0) {
+  if (report.islands > 0)
     ending.numbers.emplace_back("marks in islands, without a label",
                                 fmt::format("{}", report.islands));
-  }
   ending.numbers.emplace_back("tags recognised", fmt::format("{}", report.tags));
   for (const auto& [reason, count] : report.rejections_by_reason) {
     ending.rejected.push_back(fmt::format("{} x {}", count, reason));
@@ -207,10 +218,12 @@ int print_command(int argc, char** argv) {
       // Checked first, so that a refusal also keeps the record of an earlier plate.
       const fs::path file = fs::path(on_plate.out).replace_extension(".toml");
       const Target description = object_plate(on_plate.size_m, on_plate.first_id);
-      require_replaceable_plate(file, run_record_path(on_plate.out));
+      const std::string text = object_plate_toml(description);
+      require_replaceable_plate(file, text, run_record_path(on_plate.out));
       const PrintedPage printed = page_of(description, file.stem().string(), on_plate.paper);
+      remove_durable(file);  // before the record, without which it could not be replaced
       RunRecord record("drape-detect", words, run_record_path(on_plate.out));
-      write_durable(file, object_plate_toml(description));
+      write_durable(file, text);
       record.output(file);
       record.option("size_mm", fmt::format("{}", on_plate.size_m / units::mm));
       return write(printed, file, on_plate.out, common, record);

@@ -478,7 +478,9 @@ ImportedFabric import_u3m(const fs::path& file, const std::string& name,
   return fabric;
 }
 
-std::vector<std::string> write_imported(const fs::path& folder, const ImportedFabric& fabric) {
+std::vector<std::string> write_imported(
+    const fs::path& folder, const ImportedFabric& fabric,
+    const std::function<void(const fs::path&, const std::vector<std::string>&)>& record) {
   auto files = fabric.curves;
   files.emplace_back("fabric.toml", fabric.toml);
   std::vector<std::string> warnings;
@@ -487,6 +489,7 @@ std::vector<std::string> write_imported(const fs::path& folder, const ImportedFa
       const Fabric read = read_fabric(written / "fabric.toml");
       require_textile(read);
       warnings = read.warnings;
+      if (record) record(written, warnings);
     });
   } catch (const Error& error) {
     throw Error(error.kind(), error.what_failed(), in_source(fabric, error.where()),

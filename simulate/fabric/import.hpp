@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -42,9 +43,12 @@ struct ImportedFabric {
 
 /// Writes fabric.toml and its curves into a new folder and reads them back. If a value is
 /// impossible for textiles, throws with the likely mistake and its location in the source, and
-/// removes the folder. Returns warnings about unusual values.
-std::vector<std::string> write_imported(const std::filesystem::path& folder,
-                                        const ImportedFabric& fabric);
+/// removes the folder. Returns warnings about unusual values. `record` gets the folder under its
+/// temporary name and the warnings, and may add a record to the files.
+std::vector<std::string> write_imported(
+    const std::filesystem::path& folder, const ImportedFabric& fabric,
+    const std::function<void(const std::filesystem::path&, const std::vector<std::string>&)>&
+        record = {});
 
 /// A fabric of the library (rigs/fabrics/published.csv). Values are absent if not published.
 struct PublishedFabric {

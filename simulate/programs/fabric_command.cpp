@@ -289,17 +289,19 @@ Ending listed(const LibraryArguments& arguments) {
   return ending;
 }
 
-/// Writes the fabric into a new folder, then the record.
+/// Writes the fabric with its record into a new folder.
 void write(const ImportedFabric& fabric, const LibraryArguments& arguments, RunRecord& record,
            Ending& ending) {
   for (const std::string& what : fabric.stand_ins) ending.rejected.push_back("stand-in: " + what);
   if (!arguments.out) return;
-  ending.warnings = write_imported(*arguments.out, fabric);
-  const fs::path file = *arguments.out / "fabric.toml";
-  ending.next_command = fmt::format("drape fabric {}", shell_word(file.string()));
-  for (const auto& [name, text] : fabric.curves) record.output(*arguments.out / name);
-  record.output(file);
-  record.write(run_record_path(file), 0, ending);
+  ending.next_command =
+      fmt::format("drape fabric {}", shell_word((*arguments.out / "fabric.toml").string()));
+  write_imported(*arguments.out, fabric, [&](const fs::path& folder, const auto& warnings) {
+    ending.warnings = warnings;
+    for (const auto& [name, text] : fabric.curves) record.output(folder / name);
+    record.output(folder / "fabric.toml");
+    record.write(run_record_path(folder / "fabric.toml"), 0, ending);
+  });
 }
 
 Ending shown(const LibraryArguments& arguments, RunRecord& record) {

@@ -194,10 +194,11 @@ fs::path failure_of(const StudyCase& one) {
 
 /// Locks a case; null if another run is computing it.
 std::unique_ptr<WriterLock> lock_of(const StudyCase& one) {
-  fs::create_directories(one.folder);
+  const std::string held = "this case is being computed";
   try {
-    return std::make_unique<WriterLock>(one.folder / "lock", "this case is being computed");
-  } catch (const Error&) {
+    return std::make_unique<WriterLock>(one.folder / "lock", held);
+  } catch (const Error& error) {
+    if (error.what_failed() != held) throw;  // the lock cannot be written
     return nullptr;
   }
 }
@@ -230,6 +231,8 @@ StudyOutcome run_case(const StudyCase& one) {
     read_certificate_of(one, outcome);
     fs::remove(failure_of(one));
   } catch (const Error& error) {
+    // An output that cannot be written ends the study; it says nothing about the case.
+    if (error.where().file.starts_with(one.folder.string())) throw;
     outcome.status = error.what();
     outcome.state = CaseState::failed;
     write_durable(failure_of(one), outcome.status + "\n");

@@ -8,12 +8,14 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <regex>
 #include <stdexcept>
 
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::test {
 namespace {
@@ -59,6 +61,7 @@ void add_rig(const fs::path& folder) {
 constexpr const char* kRun = "run rig --single --out out --threads 1";
 constexpr const char* kDensity = "areal_density_g_per_m2 = 138";
 constexpr const char* kOtherDensity = "areal_density_g_per_m2 = 150";
+constexpr const char* kCoarse = "--spacing-mm 20 --coarsest-mm 20 --segments 1";
 constexpr const char* kVerifyRun = "results verify --store out/results.sqlite";
 
 /// Adds a finished run without its last step.
@@ -121,6 +124,89 @@ void add_old_store(const fs::path& folder) {
   fs::copy_file(source_root() / "compare/test_data/store_v3.sqlite", folder / "old/results.sqlite");
 }
 
+std::string points_line(int laying) {
+  return fmt::format(
+      "import --points {0}.csv --scene rig/scenes/C.toml --fit points.toml --repeat {0} --face "
+      "face "
+      "--out layings/{0}/sheet.ply",
+      laying);
+}
+
+/// Adds a study's plan of one scene on a coarse mesh.
+void add_plan(const fs::path& folder) {
+  const fs::path paper = source_root() / "rigs/paper", plan = folder / "plan";
+  fs::create_directories(plan / "scenes");
+  fs::copy(paper / "fabrics", plan / "fabrics", fs::copy_options::recursive);
+  fs::copy(paper / "print.toml", plan);
+  fs::copy(paper / "scenes/A.toml", plan / "scenes");
+  write_durable(plan / "plan.toml",
+                "schema = \"drapebench/plan/1\"\nscenes = [\"scenes/A.toml\"]\n"
+                "spacings_mm = [20]\nsegments = [1]\n");
+}
+
+void add_simulation(const fs::path& folder) {
+  add_plan(folder);
+  must_end_with(0, run_in(folder, drape_line("simulate plan/scenes/A.toml --out out " +
+                                             std::string(kCoarse))));
+}
+
+/// Adds three layings of a drape as points of another instrument, and the first two as sheets.
+void add_points(const fs::path& folder) {
+  add_run_before_comparison(folder);
+  write_durable(folder / "points.toml",
+                "schema = \"drapebench/points/1\"\nsigma_mm = 0.02\n[columns]\nx = \"x_mm\"\n"
+                "y = \"y_mm\"\nz = \"z_mm\"\nwarp = \"warp_mm\"\nweft = \"weft_mm\"\n");
+  const Json sheet = parse_json(read_text(folder / "out/C/simulations/10mm-1/sheet.json"));
+  for (int laying = 1; laying <= 3; ++laying) {
+    std::string text = "x_mm,y_mm,z_mm,warp_mm,weft_mm\n";
+    for (const Json& mark : sheet.at("marks")) {
+      const Json &at = mark.at("xyz_mm"), &on = mark.at("material_mm");
+      text += fmt::format("{},{},{},{},{}\n", at[0].get<double>(), at[1].get<double>(),
+                          at[2].get<double>() + 0.01 * laying * std::sin(at[0].get<double>()),
+                          on[0].get<double>(), on[1].get<double>());
+    }
+    write_durable(folder / fmt::format("{}.csv", laying), text);
+    if (laying < 3) must_end_with(0, run_in(folder, drape_line(points_line(laying))));
+  }
+}
+
+/// Adds a calibration and detections of other pictures of its target.
+void add_test_of_calibration(const fs::path& folder) {
+  add_rig(folder);
+  for (const char* line :
+       {"detect rig/recording --rig rig --surface target --sets "
+        "stage_z000,stage_z030,stage_z060,stage_z090 --out stages/detections.json",
+        "calib stages/detections.json --rig rig --out out/calibration.json",
+        "detect rig/recording --rig rig --surface target --sets "
+        "pose_00,pose_01,pose_02,pose_03,pose_04,pose_05,pose_06 --out poses/detections.json"})
+    must_end_with(0, run_in(folder, drape_line(line)));
+}
+
+void add_store_of_a_simulation(const fs::path& folder) {
+  add_run_before_comparison(folder);
+  must_end_with(0, run_in(folder, drape_line("results import --apart out/C/simulations --store "
+                                             "apart.sqlite")));
+  write_durable(folder / "lab.toml",
+                "schema = \"drapebench/lab/1\"\ntitle = \"t\"\ndescription = \"d\"\n"
+                "license = \"https://creativecommons.org/licenses/by/4.0/\"\n"
+                "license_name = \"CC BY 4.0\"\n[[author]]\nname = \"N\"\n");
+}
+
+void add_run_and_key(const fs::path& folder) {
+  add_finished_run(folder);
+  must_end_with(0, run_in(folder, "openssl genpkey -algorithm ed25519 -out key.pem"));
+}
+
+void add_poses(const fs::path& folder) {
+  fs::create_directory(folder / "images");
+  for (int pose = 0; pose < 6; ++pose) {
+    const std::string name = fmt::format("pose_{:02}", pose);
+    fs::copy(source_root() / "rigs/bench1/recording" / name, folder / "images" / name,
+             fs::copy_options::recursive);
+  }
+  fs::copy(source_root() / "rigs/bench1/target.toml", folder);
+}
+
 /// Content of a file that must not depend on interruptions: without clock times and, for the run
 /// that made the report, without the store among its outputs and the counts in its ending.
 std::string lasting(const std::string& file, std::string text) {
@@ -148,14 +234,14 @@ long up_to_date_steps(const std::string& text) {
   return std::regex_search(text, found, count) ? std::stol(found[1]) : 0;
 }
 
-/// A failed call must be reported in one sentence with exit 3 or 5, or must have changed nothing.
-std::string wrong_answer(const Outcome& outcome) {
+/// A failed call must be reported in one sentence with exit 3, or must have changed nothing.
+std::string wrong_answer(const Outcome& outcome, int good) {
   std::size_t sentences = 0;
   for (auto at = outcome.text.find("error: "); at != std::string::npos;
        at = outcome.text.find("error: ", at + 1))
     ++sentences;
-  const bool failed = outcome.exit_code == 3 || outcome.exit_code == 5;
-  if ((failed && sentences == 1) || (outcome.exit_code == 0 && sentences == 0)) return {};
+  if ((outcome.exit_code == 3 && sentences == 1) || (outcome.exit_code == good && sentences == 0))
+    return {};
   return fmt::format("exit {} with {} sentences: {}", outcome.exit_code, sentences, outcome.text);
 }
 
@@ -179,13 +265,64 @@ std::vector<Situation> situations() {
       {"rescue", add_finished_run, "results rescue out/results.sqlite --store other/results.sqlite",
        "results verify --store other/results.sqlite", "other/results.sqlite",
        "there is a file already"},
-      {"new_bench", [](const fs::path&) {}, "new bench --cameras a,b --drape A=sphere:90",
-       "new --help", "", "the folder exists"},
-      {"print", add_rig, "print cloth rig/print.toml --out cloth.pdf", "check rig"},
       // The sheets of that store's comparisons no longer exist.
       {"migration", add_old_store, "results import out --store old/results.sqlite",
        "results verify --no-recompute --store old/results.sqlite", "old/results.sqlite"},
   };
+}
+
+std::vector<Situation> single_commands() {
+  const fs::path plan = source_root() / "rigs/plans/three-cameras.toml";
+  std::vector<Situation> all = {
+      {"new_bench", [](const fs::path&) {}, "new bench --cameras a,b --drape A=sphere:90", "", "",
+       "the folder exists"},
+      {"print", add_rig, "print cloth rig/print.toml --out cloth.pdf", "check rig"},
+      {"object_tags", [](const fs::path&) {}, "print object-tags --out plate.pdf"},
+      {"published_fabric", [](const fs::path&) {}, "fabric show matsudaira-A --out fabric",
+       "fabric fabric/fabric.toml", "", "the folder exists"},
+      {"plot_of_a_fabric", add_plan, "fabric plan/fabrics/A.toml --plot curves.svg"},
+      {"detect_with_overlay", add_rig,
+       "detect rig/recording --rig rig --surface cloth --sets drape_C --out out/detections.json "
+       "--overlay out/overlay"},
+      {"acceptance", add_test_of_calibration,
+       "calib accept poses/detections.json --calibration out/calibration.json --rig rig --date "
+       "2026-01-31 --out out/acceptance.json",
+       "", "", "", 1},
+      {"conversion", add_test_of_calibration,
+       "calib convert out/calibration.json --to opencv "
+       "--out converted"},
+      {"points", add_points, points_line(3)},
+      {"repeats", add_points,
+       "compare repeats layings/1/sheet.ply layings/2/sheet.ply --out out/repeats.json"},
+      {"drapemeter", add_simulation, "drapemeter out/sheet.ply --disc-mm 60 --out hems"},
+      {"simulation", add_plan, "simulate plan/scenes/A.toml --out out " + std::string(kCoarse),
+       "simulate certify out --scene plan/scenes/A.toml"},
+      {"certify", add_simulation, "simulate certify out --scene plan/scenes/A.toml"},
+      {"study", add_plan, "study plan --out out", "study status plan --out out"},
+      {"export", add_finished_run, "results export csv --store out/results.sqlite --out out/t.csv",
+       kVerifyRun},
+      {"history", add_finished_run, "results history --store out/results.sqlite --out out/h.html",
+       kVerifyRun},
+      {"signature", add_run_and_key, "results sign --store out/results.sqlite --key key.pem",
+       kVerifyRun},
+      {"crate", add_store_of_a_simulation,
+       "results export ro-crate --store apart.sqlite --about lab.toml --out crate",
+       "results verify --store apart.sqlite", "", "the folder exists"},
+  };
+  if (std::getenv("DRAPE_CRASH_POINTS") == nullptr) return all;
+  // These take seconds each time.
+  all.push_back(
+      {"folder_of_pictures", add_poses, "calib images images --target target.toml --out out"});
+  all.push_back(
+      {"branches", add_plan,
+       "simulate branches plan/scenes/A.toml --starts 2 --out out " + std::string(kCoarse)});
+  all.push_back({"sensitivity", add_run_before_comparison,
+                 "simulate sensitivity rig/scenes/C.toml --reference out/C/sheet.ply --out sens " +
+                     std::string(kCoarse)});
+  all.push_back({"synthetic_pictures", add_rig,
+                 "synth rig --cameras " + plan.string() + " --sets stage_z000 --out pictures",
+                 "capture verify pictures"});
+  return all;
 }
 
 std::string environment(const char* name, const std::string& otherwise) {
@@ -213,7 +350,7 @@ CrashStage::CrashStage(Situation situation) : situation_(std::move(situation)) {
   const auto started = std::chrono::steady_clock::now();
   const Outcome outcome = run(faulty(0, "kill"));
   const std::chrono::duration<double> lasted = std::chrono::steady_clock::now() - started;
-  must_end_with(0, outcome);
+  must_end_with(situation_.exit_code, outcome);
   duration_s_ = lasted.count();
   std::ifstream(counter(), std::ios::binary).read(reinterpret_cast<char*>(&calls_), sizeof calls_);
   expected_ = traces();
@@ -224,10 +361,10 @@ std::string CrashStage::after_fault(long at, const std::string& with) const {
   fresh();
   const Outcome faulted = run(faulty(at, with));
   if (with == "kill") return after_second_run(faulted);
-  if (std::string wrong = wrong_answer(faulted); !wrong.empty()) return wrong;
-  if (faulted.exit_code == 0) {
+  if (std::string wrong = wrong_answer(faulted, situation_.exit_code); !wrong.empty()) return wrong;
+  if (faulted.exit_code == situation_.exit_code) {
     const std::string different = difference(traces(), expected_);
-    if (!different.empty()) return "exit 0, but " + different;
+    if (!different.empty()) return "ended well, but " + different;
   }
   return after_second_run(faulted);
 }
@@ -297,7 +434,7 @@ std::string CrashStage::after_second_run(const Outcome& first) const {
   const Outcome again = run(drape_line(situation_.line));
   const bool refused =
       !situation_.refused.empty() && again.text.find(situation_.refused) != std::string::npos;
-  if (again.exit_code != 0 && !refused)
+  if (again.exit_code != situation_.exit_code && !refused)
     return fmt::format("second run: exit {}: {}", again.exit_code, again.text);
   if (finished_steps(first.text) > up_to_date_steps(again.text))
     return fmt::format("{} steps were finished, then {}", finished_steps(first.text), again.text);
@@ -306,6 +443,7 @@ std::string CrashStage::after_second_run(const Outcome& first) const {
 }
 
 std::string CrashStage::verified() const {
+  if (situation_.verify.empty()) return {};
   const Outcome outcome = run(drape_line(situation_.verify));
   return outcome.exit_code == 0 ? "" : "verify: " + outcome.text;
 }
@@ -332,9 +470,10 @@ Traces CrashStage::traces() const {
     const std::string name = entry.path().lexically_relative(work()).string();
     const std::string file = entry.path().filename().string();
     if (!entry.is_regular_file() || file.front() == '.' || name.starts_with("rig/")) continue;
-    if (file.find(".sqlite") != std::string::npos || file == "capture.json") continue;
+    const bool store = file.find(".sqlite") != std::string::npos && !file.ends_with(".sig");
+    if (store || file == "capture.json") continue;
     // Remains of a capture that ended after its last acknowledgement, which nothing reads.
-    if (!situation_.refused.empty() && file.starts_with("recording.") && file != "recording.json")
+    if (situation_.name == "capture" && file.starts_with("recording.") && file != "recording.json")
       continue;
     traces[name] = lasting(file, read_text(entry.path()));
   }

@@ -17,12 +17,16 @@ struct Situation {
   std::string name;
   std::function<void(const std::filesystem::path& folder)> prepare;
   std::string line;          ///< arguments of `drape`, run in that folder
-  std::string verify;        ///< arguments of `drape` that must exit with 0 afterwards
+  std::string verify = {};   ///< arguments of `drape` that must exit with 0 afterwards, or empty
   std::string store = {};    ///< file that the line writes, or empty
   std::string refused = {};  ///< printed by a second run if the first one's work is complete
+  int exit_code = 0;         ///< of an undisturbed run
 };
 
 [[nodiscard]] std::vector<Situation> situations();
+/// The other commands that write files, each alone; the slow ones only if DRAPE_CRASH_POINTS is
+/// set.
+[[nodiscard]] std::vector<Situation> single_commands();
 
 /// The value of an environment variable.
 [[nodiscard]] std::string environment(const char* name, const std::string& otherwise);

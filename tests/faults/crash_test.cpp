@@ -127,6 +127,7 @@ TEST_P(PowerCut, LosesNothingThatWasAcknowledged) {
 
 constexpr auto name_of = [](const auto& tested) { return tested.param.name; };
 INSTANTIATE_TEST_SUITE_P(Every, Crash, testing::ValuesIn(situations()), name_of);
+INSTANTIATE_TEST_SUITE_P(Command, Crash, testing::ValuesIn(single_commands()), name_of);
 INSTANTIATE_TEST_SUITE_P(Every, PowerCut, testing::ValuesIn(situations()), name_of);
 
 }  // namespace
