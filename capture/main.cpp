@@ -463,7 +463,7 @@ class SessionDesk {
     if (!wanted_.empty() && Clock::now() < give_up_at_) return take;
     if (!wanted_.empty()) {
       wanted_.clear();
-      fmt::print(stderr, "NO-GO: no whole set came; `drape doctor RIG` looks closer\n");
+      print_message("NO-GO: no whole set came; `drape doctor RIG` looks closer\n");
       ++refused;
       ask();
     }
@@ -488,7 +488,7 @@ class SessionDesk {
             fmt::format("set `{}` is {}", wanted_, again ? "not there" : "there"),
             again ? "type its name to take it" : fmt::format("`r {}` takes it once more", wanted_));
     } catch (const Error& error) {
-      fmt::print(stderr, "  {}; to do: {}\n", error.what_failed(), error.what_to_do());
+      print_message(fmt::format("  {}; to do: {}\n", error.what_failed(), error.what_to_do()));
       wanted_.clear();
     }
     if (wanted_.empty()) ask();
@@ -503,14 +503,14 @@ class SessionDesk {
   void lit(std::size_t camera, const CameraHost& host, const CameraHost::LightAnswer& answer) {
     const std::string& name = cameras_.cameras[camera].name;
     if (!answer.refused.empty()) {
-      fmt::print(stderr, "NO-GO: {}\n", line_of({name, answer.refused, answer.what_to_do}));
+      print_message(fmt::format("NO-GO: {}\n", line_of({name, answer.refused, answer.what_to_do})));
       return;
     }
     std::string has;
     for (const SettingReadBack& one : host.settings())
       if (one.name.starts_with("exposure_") || one.name.starts_with("gain_"))
         has += fmt::format(", {} = {}", one.name, one.value);
-    fmt::print(stderr, "GO: {} has {}\n", name, has.empty() ? has : has.substr(2));
+    print_message(fmt::format("GO: {} has {}\n", name, has.empty() ? has : has.substr(2)));
   }
 
   void take(LiveSet set, const LiveReport& report) {
@@ -519,7 +519,7 @@ class SessionDesk {
     try {
       store(storing, std::move(set), report);
     } catch (const Error& error) {  // for example a full disk: the operator frees space and repeats
-      fmt::print(stderr, "NO-GO: {}; to do: {}\n", error.what_failed(), error.what_to_do());
+      print_message(fmt::format("NO-GO: {}; to do: {}\n", error.what_failed(), error.what_to_do()));
       ++refused;
     }
     ask();
@@ -531,7 +531,8 @@ class SessionDesk {
     Recorder recorder(cameras_, storing, journal);
     recorder.add(std::move(set), report);
     const RecordResult result = recorder.finish();
-    for (const LiveFault& fault : result.refused) fmt::print(stderr, "NO-GO: {}\n", line_of(fault));
+    for (const LiveFault& fault : result.refused)
+      print_message(fmt::format("NO-GO: {}\n", line_of(fault)));
     refused += result.refused.size();
     if (result.sets.empty()) return;
     last_ = storing.set;
@@ -539,7 +540,7 @@ class SessionDesk {
     if (storing.retake) journal.replace(last_);
     journal.publish();
     std::erase(to_take_, last_);
-    fmt::print(stderr, "GO: {} stored\n", last_);
+    print_message(fmt::format("GO: {} stored\n", last_));
     ++stored;
   }
 
@@ -548,7 +549,7 @@ class SessionDesk {
     require_set_name(set);
     journal.restore(set);
     journal.publish();
-    fmt::print(stderr, "GO: {} restored\n", set);
+    print_message(fmt::format("GO: {} restored\n", set));
     ask();
   }
 
@@ -579,11 +580,11 @@ class SessionDesk {
   }
 
   void ask() const {
-    fmt::print(stderr,
-               "next: {}   (Enter takes it; or type a name; r: the last one again, r NAME: that "
-               "one, u NAME: undo; "
-               "exposure_us or gain_db, VALUE, CAMERA: set it; q: end)\n",
-               to_take_.empty() ? "the rig names no more sets" : to_take_[0]);
+    print_message(fmt::format(
+        "next: {}   (Enter takes it; or type a name; r: the last one again, r NAME: that "
+        "one, u NAME: undo; "
+        "exposure_us or gain_db, VALUE, CAMERA: set it; q: end)\n",
+        to_take_.empty() ? "the rig names no more sets" : to_take_[0]));
   }
 
   const CamerasFile& cameras_;
@@ -629,14 +630,16 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
     desk.lit(camera, host, answer);
   };
   options.ended = interrupted;
-  options.on_camera = [](const LiveFault& fault) { fmt::print(stderr, "{}\n", line_of(fault)); };
+  options.on_camera = [](const LiveFault& fault) {
+    print_message(fmt::format("{}\n", line_of(fault)));
+  };
   std::optional<PreviewWriter> screen;
   if (!command.preview.empty()) {
     screen.emplace(cameras, command.preview);
     options.on_frame = [&screen, &cameras](std::size_t c, const HostFrame& frame,
                                            const CameraHost& host) {
       screen->show(c, develop(frame, host.pixel_format()), host.settings(), host.wanted());
-      fmt::print(stderr, "picture: {}\n", cameras.cameras[c].name);
+      print_message(fmt::format("picture: {}\n", cameras.cameras[c].name));
     };
   }
   catch_interrupts();

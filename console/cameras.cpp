@@ -511,8 +511,8 @@ void Cameras::heard(const std::string& line) {
   std::string set = stored_in(line), before;
   {
     const std::lock_guard lock(mutex_);
-    // Only a requested set, by a name from the rig.
-    if (set != taking_) set.clear();
+    // Only a requested set, by a name from the rig, of which the line has the printable form.
+    set = set == printable(taking_) ? taking_ : "";
     if (!words_.empty()) before = words_.back();
     words_.push_back(line);
     if (words_.size() > kKeptWords) words_.erase(words_.begin());

@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -13,6 +12,7 @@
 
 #include "core/files/files.hpp"
 #include "core/files/number_range.hpp"
+#include "core/matching.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -377,9 +377,7 @@ MeshFile read_obj(const fs::path& file) {
 }  // namespace
 
 MeshFile read_mesh_file(const fs::path& file, bool may_be_empty) {
-  std::string end = file.extension().string();
-  std::transform(end.begin(), end.end(), end.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string end = in_small_letters(file.extension().string());
   if (end != ".ply" && end != ".obj") reject(file, "a mesh is read from .ply or .obj only");
   MeshFile mesh = end == ".ply" ? read_ply(file) : read_obj(file);
   if (mesh.points.empty() && !may_be_empty) reject(file, "the mesh has no vertex");

@@ -10,8 +10,16 @@ namespace {
 
 constexpr std::size_t kMostQuoted = 80;  ///< longest quotation in a message, bytes
 
+/// Replaces line ends, after which a name could pretend to be a verdict.
+std::string on_one_line(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return c == '\n' || c == '\r'; }, '?');
+  return text;
+}
+
 /// Cuts a text that is too long to be quoted, between two characters of UTF-8.
-std::string quotable(const std::string& text) {
+std::string quotable(const std::string& given) {
+  const std::string text = on_one_line(given);
   if (text.size() <= kMostQuoted) return text;
   std::size_t end = kMostQuoted - 3;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
@@ -39,7 +47,7 @@ std::string with_short_quotations(const std::string& text) {
 }  // namespace
 
 std::string Where::describe() const {
-  std::string text = file;
+  std::string text = on_one_line(file);
   if (line) text += fmt::format(":{}", *line);
   const auto append = [&text](const char* name, const std::string& value) {
     if (value.empty()) return;

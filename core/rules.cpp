@@ -12,6 +12,7 @@
 #include <set>
 
 #include "core/drape_mesh.hpp"
+#include "core/matching.hpp"
 #include "core/program/words.hpp"
 #include "core/units.hpp"
 
@@ -213,11 +214,9 @@ void check_family(const std::string& family, const std::vector<PrintedTag>& tags
     }
     return;
   }
-  std::string lower = family;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
   list.add("tags.family",
-           fmt::format("the tag family `{}` is not known{}", family, did_you_mean(lower, known)),
+           fmt::format("the tag family `{}` is not known{}", family,
+                       did_you_mean(in_small_letters(family), known)),
            fmt::format("use one of {}; OpenCV's DICT_APRILTAG_36h11 is tag36h11",
                        fmt::join(known, ", ")));
 }

@@ -6,10 +6,10 @@
 
 #include <map>
 #include <optional>
-#include <regex>
 
 #include "core/files/files.hpp"
 #include "core/files/picture_layout.hpp"
+#include "core/matching.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
@@ -68,7 +68,7 @@ struct Board {
 
 Board board_of(const std::string& text) {
   std::smatch parts;
-  if (!std::regex_match(text, parts, std::regex("([0-9]{1,3})x([0-9]{1,3})"))) {
+  if (!has_form(text, parts, std::regex("([0-9]{1,3})x([0-9]{1,3})"))) {
     throw usage_error(fmt::format("`{}` is no board", text),
                       "give its inner corners as COLSxROWS, e.g. --board 9x6");
   }
@@ -162,8 +162,7 @@ int run_stage(const std::string& stage, std::vector<std::string> arguments,
   if (common.quiet) arguments.emplace_back("--quiet");
   const StepResult result = result_of_stage(stage, std::move(arguments));
   std::fputs(result.errors.c_str(), stderr);
-  if (!common.json && !common.quiet) fmt::print("{}\n{}\n", stage, result.output);
-  std::fflush(stdout);
+  if (!common.json && !common.quiet) print_text(fmt::format("{}\n{}\n", stage, result.output));
   return result.exit_code;
 }
 

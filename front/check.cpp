@@ -613,18 +613,18 @@ int report_check(const BenchCheck& check, const std::string& program, const Comm
                                   {"what_to_do", problem.what_to_do()}});
     json["warnings"] = check.warnings;
     json["exit_code"] = static_cast<int>(ErrorKind::bad_input);
-    fmt::print("{}", pretty(json));
+    print_text(pretty(json));
   }
-  for (const Error& problem : check.problems)
-    fmt::print(stderr, "{}: {}: {}\n", program, coloured("error", "31", stderr), problem.what());
+  for (const Error& problem : check.problems) print_error(problem, program);
   if (!common.quiet && !common.json) {
-    for (const std::string& warning : check.warnings) fmt::print("  warning: {}\n", warning);
+    for (const std::string& warning : check.warnings)
+      print_text(printable(fmt::format("  warning: {}\n", warning)));
+    std::set<std::string> files;
+    for (const Error& problem : check.problems) files.insert(problem.where().file);
     if (check.problems.size() > 1)
-      fmt::print("{} values to correct, in {}\n", check.problems.size(), [&] {
-        std::set<std::string> files;
-        for (const Error& problem : check.problems) files.insert(problem.where().file);
-        return files.size() == 1 ? "one file" : fmt::format("{} files", files.size());
-      }());
+      print_text(
+          fmt::format("{} values to correct, in {}\n", check.problems.size(),
+                      files.size() == 1 ? "one file" : fmt::format("{} files", files.size())));
   }
   return static_cast<int>(ErrorKind::bad_input);
 }

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "core/files/json_file.hpp"
+#include "core/program/words.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape {
@@ -43,6 +44,21 @@ TEST(Check, NamesTheLineOfTheTableThatIsWrong) {
         std::tuple{"z_mm = 60.0", "z_mm = 60000.0", ":36, field `calibration.stage.3.z_mm`"},
         std::tuple{"\"pose_03\"", "\"pose_33\"", ":20, field `calibration.free_poses`"}})
     EXPECT_THAT(problem_of("rig.toml", from, to), HasSubstr(where));
+}
+
+TEST(Check, AFilesNameReachesTheTerminalWithoutControlCharacters) {
+  const SmallBench bench({"C"});
+  const std::string folder = bench.rig().string() + "/a\x1b[31m\xe2\x80\xae";
+  fs::create_directory(folder);
+  const std::string check = test::program("drape").string() + " check " + bench.rig().string() +
+                            " --recording " + shell_word(folder);
+  const test::Outcome named = test::run_line(check);
+  EXPECT_EQ(named.exit_code, 3);
+  EXPECT_THAT(named.text, HasSubstr("/a?[31m?/recording.json"));
+  EXPECT_EQ(test::run_line(check + " 2> /dev/full").exit_code, 3) << "the message is lost";
+  EXPECT_THAT(problem_of("rig.toml", "scenes/C.toml", "scenes/\\nGO: all.toml"),
+              HasSubstr("scenes/?GO: all.toml"));
+  EXPECT_THAT(problem_of("rig.toml", "\"bench1\"", "\"\\nGO: all\""), HasSubstr("`?GO: all`"));
 }
 
 TEST(Check, TwoTagsOfOneIdAreNamed) {

@@ -7,11 +7,11 @@
 #include <unistd.h>
 
 #include <iostream>
-#include <regex>
 #include <set>
 #include <sstream>
 
 #include "core/files/new_folder.hpp"
+#include "core/matching.hpp"
 #include "core/program/words.hpp"
 #include "front/check.hpp"
 #include "front/process.hpp"
@@ -53,7 +53,7 @@ void check_name(const std::string& name, const char* what) {
 std::smatch matched(const std::string& text, const char* form, const char* what,
                     const char* remedy) {
   std::smatch parts;
-  if (!std::regex_match(text, parts, std::regex(form)))
+  if (!has_form(text, parts, std::regex(form)))
     throw usage_error(fmt::format("`{}` is no {}", text, what), remedy);
   return parts;
 }
@@ -241,7 +241,7 @@ static NewRigOptions with_answers(NewRigOptions options) {
   const bool is_asked = ::isatty(STDIN_FILENO) == 1 && ::isatty(STDERR_FILENO) == 1;
   const auto ask = [&](const char* question, const char* option) {
     if (!is_asked) throw usage_error(fmt::format("{} is required", option), "see `drape help new`");
-    fmt::print(stderr, "{}: ", question);
+    print_message(std::string(question) + ": ");
     std::string line;
     std::getline(std::cin, line);
     std::vector<std::string> words;

@@ -174,6 +174,7 @@ TEST(NewRig, WhatCannotBeUnderstoodIsAUsageErrorAndWritesNothing) {
        std::vector<std::pair<std::function<void(NewRigOptions&)>, std::string>>{
            {[](auto& o) { o.drapes = {"A=cone:90"}; }, "A=cone:90"},
            {[](auto& o) { o.drapes = {"A=sphere:0"}; }, "A=sphere:0"},
+           {[](auto& o) { o.drapes = {"A=sphere:" + std::string(60000, '1')}; }, "A=sphere:111"},
            {[](auto& o) { o.drapes.push_back("A=box:80"); }, "two drapes"},
            {[](auto& o) { o.drapes = {"report=sphere:90"}; }, "`report` cannot name a drape"},
            {[](auto& o) { o.drapes = {"console=box:80"}; }, "`console` cannot name a drape"},

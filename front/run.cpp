@@ -587,8 +587,7 @@ class BenchRun {
     ending.ending.verdict = error->what_failed();
     if (result.fault.empty() || Interrupts::signal() != 0) return;
     ending.exit_code = static_cast<int>(ErrorKind::internal);
-    fmt::print(stderr, "drape: {}: {}\n", coloured("error", "31", stderr),
-               printable(error->what()));
+    print_error(*error, "drape");
   }
 
   /// Sorts steps by outcome; returns the exit code of a failed one that all drapes need, or 0.
@@ -786,7 +785,7 @@ class BenchRun {
   }
 
   [[nodiscard]] static int interrupted() {
-    fmt::print(stderr, "drape: interrupted: what was finished is kept, run again to go on\n");
+    print_message("drape: interrupted: what was finished is kept, run again to go on\n");
     return 128 + Interrupts::signal();
   }
 
@@ -805,7 +804,8 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
       check_bench(options.rig, options.recording, options.until == LastStage::calib);
   if (!check.problems.empty()) return report_check(check, "drape run", common);
   if (!common.quiet && !common.json)
-    for (const std::string& warning : check.warnings) fmt::print("warning: {}\n", warning);
+    for (const std::string& warning : check.warnings)
+      print_text(printable(fmt::format("warning: {}\n", warning)));
   RunOptions all = options;
   all.threads = thread_count(common);
   const Plan plan = make_plan(all);

@@ -5,12 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <cctype>
-#include <regex>
 
 #include "compare/records/provenance.hpp"
 #include "core/drape_mesh.hpp"
 #include "core/files/files.hpp"
 #include "core/geometry/vectors.hpp"
+#include "core/matching.hpp"
 #include "core/parallel.hpp"
 #include "core/program/words.hpp"
 #include "core/simulation_files.hpp"
@@ -124,11 +124,6 @@ const std::vector<std::string> kAbout = {"fabric", "sample",  "face",        "re
                                          "file",   "disc_mm", "specimen_mm", "specimen_area_mm2",
                                          "no_go"};
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 /// Throws for an unknown column, which may be the one that distinguishes two fabrics.
 void require_known_columns(const CsvText& table, const HemReadOptions& options) {
   std::vector<std::string> known = kAbout;
@@ -136,14 +131,13 @@ void require_known_columns(const CsvText& table, const HemReadOptions& options) 
   for (const HemNumber& number : numbers_of(any, options.geometry))
     for (const char* before : {"", "u_"}) known.push_back(before + number.name);
   for (const std::string& name : table.names) {
-    if (std::regex_match(name, kRadius) ||
-        std::find(known.begin(), known.end(), name) != known.end())
+    if (has_form(name, kRadius) || std::find(known.begin(), known.end(), name) != known.end())
       continue;
-    throw bad_input(
-        fmt::format("a table of hems has no column `{}`{}", name, did_you_mean(lower(name), known)),
-        {.file = table.file.string(), .line = table.head_line, .field = name},
-        fmt::format("remove it, or name it as hems.csv does: {}, a number or r000 ..",
-                    fmt::join(kAbout, ", ")));
+    throw bad_input(fmt::format("a table of hems has no column `{}`{}", name,
+                                did_you_mean(in_small_letters(name), known)),
+                    {.file = table.file.string(), .line = table.head_line, .field = name},
+                    fmt::format("remove it, or name it as hems.csv does: {}, a number or r000 ..",
+                                fmt::join(kAbout, ", ")));
   }
 }
 
@@ -151,7 +145,7 @@ void require_known_columns(const CsvText& table, const HemReadOptions& options) 
 std::vector<std::string> columns_of_radii(const CsvText& table) {
   std::vector<std::string> angles;
   for (const std::string& name : table.names)
-    if (std::regex_match(name, kRadius)) angles.push_back(name);
+    if (has_form(name, kRadius)) angles.push_back(name);
   std::ranges::sort(angles);
   const std::string asked = "give r000, r005 .. r355 in mm, or other equal steps all round";
   if (angles.size() < 36)
@@ -270,6 +264,8 @@ const std::set<std::string> kMeshes = {".ply", ".obj", ".json"};
 class NamePattern {
  public:
   explicit NamePattern(const std::string& pattern) {
+    if (pattern.size() > longest_matched)
+      throw usage_error("--names is too long", "give at most 4096 bytes");
     static const std::regex part("\\{([^}]*)\\}?|[^{]");
     std::string expression;
     for (std::sregex_iterator at(pattern.begin(), pattern.end(), part), end; at != end; ++at) {
@@ -293,7 +289,7 @@ class NamePattern {
 
   void apply(const std::string& path, HemRecord& record) const {
     std::smatch found;
-    if (!std::regex_match(path, found, expression_))
+    if (!has_form(path, found, expression_))
       throw bad_input("the file's name does not fit --names", {.file = path}, "change one of them");
     for (std::size_t i = 0; i < names_.size(); ++i) record.*names_[i] = found[i + 1];
   }
@@ -312,7 +308,7 @@ std::vector<Input> files_of(const fs::path& input) {
   if (!fs::is_directory(input)) return {{input, input.stem().string()}};
   std::vector<Input> found;
   for (const auto& entry : fs::recursive_directory_iterator(input)) {
-    const std::string ending = lower(entry.path().extension());
+    const std::string ending = in_small_letters(entry.path().extension());
     const bool twin = ending == ".ply" || ending == ".obj" || kPictures.contains(ending);
     if (!entry.is_regular_file() || !twin) continue;
     fs::path name = fs::relative(entry.path(), input);
@@ -513,7 +509,7 @@ void read_mesh(const Input& input, const HemReadOptions& options, bool is_named,
 
 std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& options,
                                   const NamePattern* names) {
-  const std::string ending = lower(input.file.extension());
+  const std::string ending = in_small_letters(input.file.extension());
   if (ending == ".csv") return read_hems_csv(input.file, options);
   HemRecord record;
   record.file = input.file.string();

@@ -274,8 +274,11 @@ TEST_F(Pictures, AFolderIsReadWithItsNames) {
   ASSERT_EQ(again.hems.size(), 3U);
   EXPECT_EQ(again.hems[2].fabric, "wool");
   EXPECT_NEAR(again.hems[0].drape_coefficient(), set.hems[0].drape_coefficient(), 0.3);
-  given.names = "{fabric}_{colour}";
-  EXPECT_THROW((void)read_hems({folder_.path()}, given), Error);
+  for (const std::string& names :
+       {std::string("{fabric}_{colour}"), std::string(60000, '*'), "{" + std::string(60000, 'a')}) {
+    given.names = names;
+    EXPECT_THROW((void)read_hems({folder_.path()}, given), Error);
+  }
 }
 
 TEST(Shadow, OfAMeshOfKnownShapeIsExact) {

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
 
+#include "core/matching.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/words.hpp"
 #include "core/units.hpp"
@@ -18,7 +18,7 @@ namespace {
 /// True for "2026", "2026-03" or "2026-03-01": the beginning of a date as stored.
 bool is_date(const std::string& text) {
   static const std::regex form("[0-9]{4}(-[0-9]{2}){0,2}");
-  return std::regex_match(text, form) && date_in((text + "-01-01").substr(0, 10));
+  return has_form(text, form) && date_in((text + "-01-01").substr(0, 10));
 }
 
 /// Throws if no row of the query `names` has `value` as `name`; reads all only for the error.

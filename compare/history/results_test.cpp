@@ -220,6 +220,8 @@ TEST_F(Results, OnlyQueriesAreRun) {
   EXPECT_EQ(kind_of([&] { return reader.query(unknown); }), ErrorKind::bad_input);
   EXPECT_EQ(reader.query("SELECT count(*) FROM mark_error").rows[0][0], "484");
   EXPECT_EQ(reader.query(" select ';' ; ").rows[0][0], ";");
+  for (const std::string& none : {std::string(60000, ' '), std::string(60000, 'a')})
+    EXPECT_EQ(kind_of([&] { return reader.query(none); }), ErrorKind::usage);
 }
 
 TEST_F(Results, ExportNamesWhatThereIs) {

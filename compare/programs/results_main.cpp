@@ -201,9 +201,9 @@ int write(const Question& question, const Answer& answer) {
   print_text(people ? printable(std::move(text)) : text);
   if (people && !common.quiet &&
       std::all_of(tables.begin(), tables.end(), [](const Table& one) { return one.rows.empty(); }))
-    fmt::print(stderr,
-               "nothing in {} matches; `drape results runs` and `list --all` show what is there\n",
-               all.store);
+    print_message(fmt::format(
+        "nothing in {} matches; `drape results runs` and `list --all` show what is there\n",
+        all.store));
   return answer.good ? 0 : 1;
 }
 
@@ -461,9 +461,9 @@ int export_store(const StoreReader& reader, const Question& question) {
 int sql(const StoreReader& reader, const Question& question) {
   write(question, reader.query(question.arguments.sql, {}, StoreReader::Author::person));
   if (!question.common.quiet)
-    fmt::print(stderr,
-               "unchecked: the rows behind this answer were not hashed; `drape results verify` "
-               "does\n");
+    print_message(
+        "unchecked: the rows behind this answer were not hashed; `drape results verify` "
+        "does\n");
   return 0;
 }
 

@@ -5,11 +5,11 @@
 #include <fmt/ranges.h>
 
 #include <cctype>
-#include <regex>
 
 #include "compare/tables/match.hpp"
 #include "core/drape_mesh.hpp"
 #include "core/geometry/body.hpp"
+#include "core/matching.hpp"
 #include "core/program/words.hpp"
 
 namespace drape::compare {
@@ -544,8 +544,9 @@ std::vector<std::string> safe_names(const std::vector<Report>& reports) {
 std::string kind_of_note(const std::string& text) {
   static const std::regex step("^[a-z]+ \\([^)]*\\): "), drape("^[^:]{1,40}: "),
       number("[-+]?[0-9]+(\\.[0-9]+)?");
-  std::string kind = std::regex_replace(text, step, "");
-  if (kind == text) kind = std::regex_replace(kind, drape, "");
+  const std::string begin = text.substr(0, longest_matched);
+  std::string kind = std::regex_replace(begin, step, "");
+  if (kind == begin) kind = std::regex_replace(kind, drape, "");
   kind = std::regex_replace(kind, number, "N");
   std::size_t end = kind.find_first_of(";(");
   if (const std::size_t colon = kind.rfind(':', end); colon != std::string::npos && colon > 30)

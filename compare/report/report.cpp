@@ -4,10 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <regex>
-
 #include "compare/report/account.hpp"
 #include "core/drawing/svg.hpp"
+#include "core/matching.hpp"
 
 namespace drape::compare {
 namespace {
@@ -57,7 +56,7 @@ void remove_others(const fs::path& folder, const std::vector<fs::path>& written)
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (entry.is_regular_file() && !entry.is_symlink() && !names.contains(name) &&
-        std::regex_match(name, of_a_report))
+        has_form(name, of_a_report))
       others.push_back(entry.path());
   }
   for (const fs::path& file : others) remove_durable(file);

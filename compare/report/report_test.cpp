@@ -260,6 +260,7 @@ TEST(Report, NotesOfOneKindDifferInDrapeAndNumbersAlone) {
       kind_of_note("A: 14 of 121 marks of the print are not measured (with a label: cam0 89)"),
       "N of N marks of the print are not measured");
   EXPECT_NE(kind_of_note("detect (drape A): cam1 is dim"), kind_of_note("A: placed by another"));
+  EXPECT_EQ(kind_of_note("detect (" + std::string(60000, 'a')), "detect");
 }
 
 /// Cell of the row that speaks in the .csv beside the report.

@@ -8,10 +8,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <ctime>
-#include <regex>
 #include <thread>
+
+#include "core/matching.hpp"
 
 namespace drape::compare {
 namespace {
@@ -20,14 +20,11 @@ namespace fs = std::filesystem;
 
 /// Throws Error(usage) for anything else than one query.
 void check_read_only(SQLite::Database& database, const std::string& sql) {
-  static const std::regex first_word(R"([\s(]*(\w*))"), query("SELECT|WITH|VALUES|EXPLAIN");
-  std::smatch word;
-  std::regex_search(sql, word, first_word, std::regex_constants::match_continuous);
-  std::string upper = word[1];
-  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  if (!std::regex_match(upper, query))
+  static const std::regex query(R"([\s(]*(SELECT|WITH|VALUES|EXPLAIN)\b)", std::regex::icase);
+  if (!std::regex_search(sql.substr(0, longest_matched), query,
+                         std::regex_constants::match_continuous))
     throw usage_error(
-        fmt::format("the store is only read here, and `{}` is not a query", upper),
+        fmt::format("the store is only read here, and `{}` is not a query", printable(sql)),
         "start the statement with SELECT, WITH, VALUES or EXPLAIN; only drape-compare writes");
   if (sql.find(';') == std::string::npos) return;
   const char* rest = "";

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <regex>
 #include <set>
 
 #include "core/files/files.hpp"
+#include "core/matching.hpp"
 
 namespace drape {
 namespace {
@@ -188,7 +188,7 @@ std::vector<PlacedPicture> by_name(const fs::path& folder) {
 
 bool is_picture_name(const std::string& name) {
   static const std::regex kEnding("\\.(png|jpg|jpeg|tif|tiff)", std::regex::icase);
-  return !name.starts_with('.') && std::regex_match(fs::path(name).extension().string(), kEnding);
+  return !name.starts_with('.') && has_form(fs::path(name).extension().string(), kEnding);
 }
 
 std::vector<PictureName> read_picture_names(const std::vector<std::string>& given) {

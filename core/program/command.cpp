@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <sstream>
 #include <system_error>
@@ -58,12 +57,15 @@ void add_given(const CLI::App& app, GivenWords& given) {
   for (const CLI::App* command : app.get_subcommands()) add_given(*command, given);
 }
 
-/// Throws if an output of the program is also one of its inputs.
-void refuse_overwriting(const CLI::App& app) {
+/// Throws if a word is empty, or an output of the program is also one of its inputs.
+void check_words(const CLI::App& app) {
   GivenWords given;
   add_given(app, given);
   for (const auto& [out, file] : given) {
     std::error_code absent;
+    if (file.empty())
+      throw usage_error(out->get_name() + " is empty",
+                        "give a value; is a shell's variable unset?");
     if (!out->check_lname("out") || !std::filesystem::is_regular_file(file, absent)) continue;
     for (const auto& [other, word] : given)
       if (other != out && std::filesystem::equivalent(file, word, absent))
@@ -137,13 +139,14 @@ int Command::parse(int argc, char** argv) {
         throw usage_error("`" + chosen()->name() + "` takes no " + options[i]->get_name() + " (" +
                               options[i]->results()[0] + ")",
                           "see its --help");
-    refuse_overwriting(*app_);
+    check_words(*app_);
     throw_if_any(std::move(faults));
     return -1;
   } catch (const CLI::ParseError& error) {
-    std::ostringstream answer;
-    const int code = app_->exit(error, answer, std::cerr);
+    std::ostringstream answer, refusal;
+    const int code = app_->exit(error, answer, refusal);
     print_text(answer.str());
+    print_message(refusal.str());
     if (code == 0) return 0;
     suggest(*app_, moved_);
     return kUsage;
@@ -257,7 +260,8 @@ class OptionDeclarer : public Fields {
     return true;
   }
   void number(const Field& field, double& value) override {
-    declare(field, Kind::number, ranged("FLOAT", field), fmt::format("{}", value / field.unit));
+    declare(field, Kind::number, ranged("FLOAT", field),
+            fmt::format("{:.12g}", value / field.unit));
   }
   void integer(const Field& field, std::int64_t& value, std::int64_t least, std::int64_t) override {
     declare(field, Kind::whole, ranged(least == 0 ? "UINT" : "INT", field),

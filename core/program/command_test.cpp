@@ -139,5 +139,17 @@ TEST(Command, NeverWritesOverAFileThatItReads) {
   EXPECT_EQ(call(other, other), -1) << "there is nothing to lose";
 }
 
+TEST(Command, RefusesAnEmptyWord) {
+  for (const auto& [input, out, named] :
+       {std::tuple{"", "b.json", "INPUT is empty"}, std::tuple{"a.json", "", "--out is empty"}}) {
+    Command app("A program.", "program");
+    Files files;
+    app.add_record(files);
+    const std::vector<std::string> words = {input, "--out", out};
+    EXPECT_THAT([&] { static_cast<void>(parse(app, words)); },
+                testing::ThrowsMessage<Error>(testing::HasSubstr(named)));
+  }
+}
+
 }  // namespace
 }  // namespace drape

@@ -22,11 +22,7 @@ namespace {
 
 int report_error(const Error& error, const std::string& program, const CommonOptions& options) {
   const int code = static_cast<int>(error.kind());
-  // Not fmt::print, which throws if standard error is full.
-  std::fputs(
-      fmt::format("{}: {}: {}\n", program, coloured("error", "31", stderr), printable(error.what()))
-          .c_str(),
-      stderr);
+  print_error(error, program);
   if (!options.json) return code;
   Json json;
   json["error"]["what_failed"] = error.what_failed();
@@ -160,6 +156,15 @@ void print_text(const std::string& text) {
   throw Error(ErrorKind::internal,
               fmt::format("standard output cannot be written: {}", std::strerror(code)), {},
               "free the disk, or print elsewhere; files that were written are whole");
+}
+
+void print_message(const std::string& text) {
+  std::fputs(printable(text).c_str(), stderr);  // fmt::print throws if standard error is full
+}
+
+void print_error(const Error& error, const std::string& program) {
+  std::fputs(fmt::format("{}: {}: ", program, coloured("error", "31", stderr)).c_str(), stderr);
+  print_message(std::string(error.what()) + "\n");
 }
 
 int finish(const Ending& ending, const CommonOptions& options) {

@@ -42,6 +42,12 @@ int finish(const Ending& ending, const CommonOptions& options, const RunRecord& 
 /// Prints to standard output; throws Error(internal) if that fails.
 void print_text(const std::string& text);
 
+/// Prints to standard error, each control or reordering character as `?`; ignores a failure.
+void print_message(const std::string& text);
+
+/// Prints "program: error: ..." to standard error, as print_message() does.
+void print_error(const Error& error, const std::string& program);
+
 /// Parses, runs, and turns every Error into a message and its exit code. Never throws. SIGINT and
 /// SIGTERM end the program with a message and code 130 or 143; files written so far are complete.
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,

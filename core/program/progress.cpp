@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "core/program/program.hpp"
+
 namespace drape {
 namespace {
 
@@ -56,7 +58,8 @@ void Progress::update(double fraction, const std::string& what) {
     return;
   }
   const double elapsed_s = std::chrono::duration<double>(now - started_).count();
-  fmt::print(stderr, "\r\033[K{}", progress_line(step_, fraction, what, elapsed_s));
+  std::fputs("\r\033[K", stderr);
+  print_message(progress_line(step_, fraction, what, elapsed_s));
   std::fflush(stderr);
   line_open_ = true;
 }

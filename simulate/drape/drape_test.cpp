@@ -539,7 +539,8 @@ TEST_F(Outlines, WhatIsNoOutlineIsRefusedByName) {
   EXPECT_THAT(refusal("<title>nothing</title>"), HasSubstr("no closed outline"));
   EXPECT_THAT(refusal("<circle r='1e300'/>"), HasSubstr("reaches beyond"));
   EXPECT_THAT(refusal("<circle r='1e9'/>"), HasSubstr("reaches beyond"));
-  EXPECT_THAT(refusal("<g transform='" + std::string(2000, ' ') + "'/>"), HasSubstr("too long"));
+  EXPECT_THAT(refusal("<g transform='" + std::string(5000, ' ') + "'/>"), HasSubstr("too long"));
+  EXPECT_THAT(refusal("<g transform='" + std::string(4000, ' ') + "'/>"), HasSubstr("be read"));
   std::string comb = "M0 0";
   for (int i = 0; i < 25000; ++i) comb += "h.01v.01";
   EXPECT_THAT(refusal("<path d='" + comb + "z'/>"), HasSubstr("more than 20000 corners"));

@@ -13,7 +13,6 @@
 #include <numbers>
 #include <optional>
 #include <pugixml.hpp>
-#include <regex>
 #include <set>
 #include <string>
 #include <utility>
@@ -21,6 +20,7 @@
 
 #include "core/files/files.hpp"
 #include "core/geometry/vectors.hpp"
+#include "core/matching.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
@@ -321,8 +321,7 @@ class PathReader {
   Vector2d here_ = Vector2d::Zero(), begin_ = Vector2d::Zero(), control_ = Vector2d::Zero();
 };
 
-constexpr int kDeepest = 100;           // nesting depth of groups
-constexpr std::size_t kLongest = 1000;  // characters of a size or transform
+constexpr int kDeepest = 100;  // nesting depth of groups
 
 constexpr const char* kHidden =
     "delete hidden layers, apply transforms, clips and masks, and export as plain SVG";
@@ -351,11 +350,6 @@ const std::set<std::string> kReshaping = {"transform",
                                           "ry",
                                           "width",
                                           "height"};
-
-std::string in_small_letters(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 std::string without_comments(const std::string& text) {
   std::string plain;
@@ -445,10 +439,10 @@ class SvgReader {
 
   /// A length with unit, in metres; nullopt without a unit.
   [[nodiscard]] std::optional<double> length_m(const pugi::xml_node& node, const char* name) const {
-    static const std::regex form(R"(\s*([0-9.eE+-]+)\s*(mm|cm|in|px)?\s*)");
+    static const std::regex form(R"(\s*([0-9.eE+-]+)\s*(?:(mm|cm|in|px)\s*)?)");
     const std::string text = node.attribute(name).value();
     std::smatch match;
-    if (text.size() > kLongest || !std::regex_match(text, match, form)) return std::nullopt;
+    if (!has_form(text, match, form)) return std::nullopt;
     NumberReader numbers(match[1].str());
     const auto value = numbers.next();
     if (!value || !numbers.at_end() || !(*value > 0)) return std::nullopt;
@@ -491,12 +485,14 @@ class SvgReader {
   [[nodiscard]] Affine2d transform_of(const pugi::xml_node& node) const {
     Affine2d all = Affine2d::Identity();
     const std::string text = node.attribute("transform").value();
-    if (text.size() > kLongest)
+    if (text.size() > longest_matched)
       refuse(node, "its transform is too long", "export the outline as plain SVG");
-    static const std::regex one(R"(\s*,?\s*([a-zA-Z]+)\s*\(([^)]*)\)\s*)");
+    static const std::regex one(R"(\s*(?:,\s*)?([a-zA-Z]+)\s*\(([^)]*)\)\s*)");
     std::size_t at = 0;
-    for (std::sregex_iterator it(text.begin(), text.end(), one), end; it != end; ++it) {
-      if (static_cast<std::size_t>(it->position()) != at) break;
+    for (std::sregex_iterator
+             it(text.begin(), text.end(), one, std::regex_constants::match_continuous),
+         end;
+         it != end; ++it) {
       at += static_cast<std::size_t>(it->length());
       NumberReader numbers((*it)[2].str());
       std::vector<double> v;

@@ -5,7 +5,6 @@
 #include <array>
 #include <filesystem>
 #include <optional>
-#include <regex>
 #include <set>
 #include <string>
 #include <utility>
@@ -13,6 +12,7 @@
 
 #include "core/fields/fields.hpp"
 #include "core/files/files.hpp"
+#include "core/matching.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
@@ -140,7 +140,7 @@ int finish_rig(const StudyArguments& args, const StudyPlan& plan,
   for (const StudyOutcome& one : outcomes)
     if (one.state == CaseState::done) record.input(one.the_case.folder / "sheet.json");
   ending.next_command = fmt::format("more {}", shell_word((args.out / "study.md").string()));
-  if (!common.json && !common.quiet) fmt::print("{}\n", tables);
+  if (!common.json && !common.quiet) print_text(printable(tables) + "\n");
   return finish(ending, common, record);
 }
 
@@ -229,8 +229,7 @@ std::vector<fs::path> earlier_branches(const fs::path& out) {
   std::vector<fs::path> folders;
   if (!fs::exists(out / "branches.json")) return folders;
   for (const ListedBranch& branch : read_record<BranchList>(out / "branches.json").branches)
-    if (std::regex_match(branch.sheet, of_a_branch))
-      folders.push_back((out / branch.sheet).parent_path());
+    if (has_form(branch.sheet, of_a_branch)) folders.push_back((out / branch.sheet).parent_path());
   return folders;
 }
 

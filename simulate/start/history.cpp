@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <regex>
 #include <sstream>
 
+#include "core/matching.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
@@ -44,8 +44,8 @@ PastEvent event_of(const Scene& scene, const std::string& text) {
     return static_cast<int>(value);
   };
   PastEvent event;
-  if (std::regex_match(text, flat)) return event;
-  if (std::regex_match(text, words, bent)) {
+  if (has_form(text, flat)) return event;
+  if (has_form(text, words, bent)) {
     event.kind = PastEvent::Kind::bent;
     event.direction = words[2] == "weft" ? 1 : 0;
     event.curvature_per_m = number(1) * units::per_cm;
@@ -53,10 +53,10 @@ PastEvent event_of(const Scene& scene, const std::string& text) {
       refuse(scene, text,
              fmt::format("a cloth is bent by more than 0 and at most {:g} per cm",
                          kSharpest / units::per_cm));
-  } else if (std::regex_match(text, words, draped)) {
+  } else if (has_form(text, words, draped)) {
     event.kind = PastEvent::Kind::draped;
     event.times = times();
-  } else if (std::regex_match(text, words, shaken)) {
+  } else if (has_form(text, words, shaken)) {
     event.kind = PastEvent::Kind::shaken;
     event.times = times();
     if (words[2].matched) event.part = number(2) * units::percent;

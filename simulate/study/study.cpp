@@ -7,10 +7,10 @@
 #include <array>
 #include <map>
 #include <memory>
-#include <regex>
 #include <tuple>
 
 #include "core/files/files.hpp"
+#include "core/matching.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/cloth_files.hpp"
@@ -469,7 +469,7 @@ StudyPlan read_plan(const fs::path& rig_or_plan, const PlanChoice& choice, const
 Part part_of(const std::string& text) {
   static const std::regex form("([0-9]{1,9})/([0-9]{1,9})");
   std::smatch found;
-  if (std::regex_match(text, found, form)) {
+  if (has_form(text, found, form)) {
     const Part part{std::stoi(found[1]), std::stoi(found[2])};
     if (part.index >= 1 && part.index <= part.count) return part;
   }
