@@ -295,8 +295,6 @@ std::vector<Situation> single_commands() {
       {"repeats", add_points,
        "compare repeats layings/1/sheet.ply layings/2/sheet.ply --out out/repeats.json"},
       {"drapemeter", add_simulation, "drapemeter out/sheet.ply --disc-mm 60 --out hems"},
-      {"simulation", add_plan, "simulate plan/scenes/A.toml --out out " + std::string(kCoarse),
-       "simulate certify out --scene plan/scenes/A.toml"},
       {"certify", add_simulation, "simulate certify out --scene plan/scenes/A.toml"},
       {"study", add_plan, "study plan --out out", "study status plan --out out"},
       {"export", add_finished_run, "results export csv --store out/results.sqlite --out out/t.csv",
@@ -311,6 +309,9 @@ std::vector<Situation> single_commands() {
   };
   if (std::getenv("DRAPE_CRASH_POINTS") == nullptr) return all;
   // These take seconds each time.
+  all.push_back({"simulation", add_plan,
+                 "simulate plan/scenes/A.toml --out out " + std::string(kCoarse),
+                 "simulate certify out --scene plan/scenes/A.toml"});
   all.push_back(
       {"folder_of_pictures", add_poses, "calib images images --target target.toml --out out"});
   all.push_back(
