@@ -432,7 +432,6 @@ std::string next_of(const Report& report) {
   if (report.match.match == Match::inside || !report.budget) return {};
   for (const std::string& missing : report.budget->missing)
     if (missing.find('`') != std::string::npos) return "complete U: " + missing + ".";
-  if (const std::string lower = lowers_most(*report.budget); !lower.empty()) return lower + ".";
   if (report.repeats.size() < 3) return "lay it twice more, to see how far real drapes differ.";
   return {};
 }
