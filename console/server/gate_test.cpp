@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
+#include <latch>
 #include <thread>
 
 #include <httplib.h>
@@ -131,6 +133,43 @@ TEST(WebServer, ListeningOnAllInterfacesAnswersWhereItIsReached) {
   EXPECT_EQ(status("127.0.0.2", "evil.example" + at), 403);
   server->end();
   serving.join();
+}
+
+/// Requests that wait for a thread when the server ends are not made any more.
+TEST(WebServer, EndsWithoutMakingTheAnswersThatWait) {
+  constexpr int kClients = 48;
+  ServerOptions options;
+  options.token = kToken;
+  Events events;
+  std::atomic<int> made = 0;
+  std::latch released(1);
+  const auto server = make_server(options, events, [&](const Request&) {
+    ++made;
+    released.wait();
+    return Response{};
+  });
+  std::thread serving([&] { server->serve(); });
+  const std::string own = server->addresses().front();
+  const int port = std::stoi(own.substr(own.rfind(':') + 1));
+  std::vector<std::thread> clients;
+  std::atomic<int> refused = 0;
+  for (int k = 0; k < kClients; ++k)
+    clients.emplace_back([&] {
+      httplib::Client client("127.0.0.1", port);
+      const auto answer = client.Get(std::string("/") + kToken + "/api/state");
+      refused += !answer || answer->status == 503;
+    });
+  while (made < 16) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  const int before = made;
+  server->end();
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  released.count_down();
+  for (std::thread& client : clients) client.join();
+  serving.join();
+  EXPECT_LT(before, kClients) << "some wait";
+  EXPECT_EQ(made, before);
+  EXPECT_EQ(refused, kClients - before);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <boost/asio.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
@@ -405,6 +406,7 @@ class HttpServer : public WebServer {
   }
 
   Response answer_to(const Request& request) const {
+    if (ending_) return error_response(503, "the console ends");
     try {
       if (request.route.empty())
         return {302, "text/plain", {}, {{"Location", "/" + options_.token + "/"}}};
@@ -456,7 +458,7 @@ class HttpServer : public WebServer {
   asio::signal_set signals_{context_};
   std::list<Guest> guests_;
   std::set<std::shared_ptr<Reader>> readers_;
-  bool ending_ = false;
+  std::atomic<bool> ending_ = false;
   asio::thread_pool makers_{kAnswering};
 };
 
