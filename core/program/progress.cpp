@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "core/program/program.hpp"
+#include "core/files/files.hpp"
 
 namespace drape {
 namespace {
@@ -59,7 +59,7 @@ void Progress::update(double fraction, const std::string& what) {
   }
   const double elapsed_s = std::chrono::duration<double>(now - started_).count();
   std::fputs("\r\033[K", stderr);
-  print_message(progress_line(step_, fraction, what, elapsed_s));
+  std::fputs(printable(progress_line(step_, fraction, what, elapsed_s)).c_str(), stderr);
   std::fflush(stderr);
   line_open_ = true;
 }

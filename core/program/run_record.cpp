@@ -180,7 +180,8 @@ std::vector<std::string> decisive(const std::vector<std::string>& arguments,
     std::error_code unreachable;
     const bool is_path =
         !argument.empty() && argument.front() != '-' &&
-        (argument.find('/') != std::string::npos || fs::exists(argument, unreachable));
+        (argument.find('/') != std::string::npos || fs::exists(argument, unreachable) ||
+         fs::absolute(argument).lexically_normal() == fs::absolute(folder).lexically_normal());
     result.push_back(is_path ? relative_to(folder, fs::weakly_canonical(argument)) : argument);
   }
   return result;
@@ -301,7 +302,7 @@ void RunRecord::write(int exit_code, const Ending& ending) const {
   write_durable(ending_path(file_), text);
   run.version = version();
   run.program_sha256 = program_sha256();
-  run.decisive_arguments = decisive(run.arguments, folder);
+  run.decisive_arguments = decisive(run.arguments, folder_.empty() ? folder : folder_);
   run.ending_sha256 = sha256_of(text);
   run.started_utc = utc_text(started_);
   run.ended_utc = utc_text(std::chrono::system_clock::now());
@@ -309,8 +310,10 @@ void RunRecord::write(int exit_code, const Ending& ending) const {
   write_record(file_, run);
 }
 
-void RunRecord::write(const fs::path& file, int exit_code, const Ending& ending) {
+void RunRecord::write(const fs::path& file, int exit_code, const Ending& ending,
+                      const fs::path& folder) {
   file_ = file;
+  folder_ = folder;
   begin();
   write(exit_code, ending);
   lock_.reset();  // removes its file before a new folder that holds it is renamed

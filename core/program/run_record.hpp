@@ -133,15 +133,17 @@ class RunRecord {
 
   /// Writes the ending, hashes the outputs, and writes the record last.
   void write(int exit_code, const Ending& ending = {}) const;
-  /// For a program that knows only at its end whether and where to keep a record.
-  void write(const std::filesystem::path& file, int exit_code, const Ending& ending = {});
+  /// For a program that knows only at its end whether and where to keep a record. `folder`: the one
+  /// that will hold it, if it is written under a temporary name.
+  void write(const std::filesystem::path& file, int exit_code, const Ending& ending = {},
+             const std::filesystem::path& folder = {});
 
  private:
   void begin();
   void refuse_output(const std::filesystem::path& input) const;
 
   RunFile run_;  ///< inputs are named as they were given
-  std::filesystem::path file_;
+  std::filesystem::path file_, folder_;
   std::unique_ptr<WriterLock> lock_;
   std::chrono::system_clock::time_point started_;
   std::vector<std::filesystem::path> outputs_;

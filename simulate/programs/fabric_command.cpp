@@ -300,7 +300,7 @@ void write(const ImportedFabric& fabric, const LibraryArguments& arguments, RunR
     ending.warnings = warnings;
     for (const auto& [name, text] : fabric.curves) record.output(folder / name);
     record.output(folder / "fabric.toml");
-    record.write(run_record_path(folder / "fabric.toml"), 0, ending);
+    record.write(run_record_path(folder / "fabric.toml"), 0, ending, *arguments.out);
   });
 }
 

@@ -39,6 +39,14 @@ TEST(ImportRecord, AnImportedFabricHasARecordThatNamesItsSheetAndFiles) {
   EXPECT_EQ(run({"fabric", "show", "matsudaira-B", "--out", (folder.path() / "shown").string()}),
             0);
   EXPECT_TRUE(fs::exists(folder.path() / "shown/fabric.run.json"));
+
+  // A name without a folder, which exists only after the run.
+  const fs::path here = fs::current_path();
+  fs::current_path(folder.path());
+  const std::vector<std::string> named = {"fabric", "show", "matsudaira-B", "--out", "named"};
+  EXPECT_EQ(run(named), 0);
+  EXPECT_TRUE(is_up_to_date("named/fabric.run.json", test::program("drape-simulate"), named));
+  fs::current_path(here);
 }
 
 TEST(ImportRecord, AUnitThatNothingReadsIsRefused) {
