@@ -132,7 +132,7 @@ fs::path folder_of(const fs::path& file) {
 std::string relative_to(const fs::path& folder, const fs::path& file) {
   return fs::absolute(file)
       .lexically_normal()
-      .lexically_relative(fs::weakly_canonical(folder))
+      .lexically_relative(fs::weakly_canonical(fs::absolute(folder)))
       .generic_string();
 }
 
@@ -182,7 +182,8 @@ std::vector<std::string> decisive(const std::vector<std::string>& arguments,
         !argument.empty() && argument.front() != '-' &&
         (argument.find('/') != std::string::npos || fs::exists(argument, unreachable) ||
          fs::absolute(argument).lexically_normal() == fs::absolute(folder).lexically_normal());
-    result.push_back(is_path ? relative_to(folder, fs::weakly_canonical(argument)) : argument);
+    result.push_back(is_path ? relative_to(folder, fs::weakly_canonical(fs::absolute(argument)))
+                             : argument);
   }
   return result;
 }
