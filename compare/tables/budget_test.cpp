@@ -200,7 +200,16 @@ Counts counts_of(int benches, bool stand_in, const std::vector<std::string>& lef
   for (int seed = 0; seed < benches; ++seed) {
     const Found found = found_on(some_bench(drape::test::first_trial() + seed, stand_in));
     EXPECT_TRUE(found.inputs.missing.empty());
-    const double expanded_m = budget_of(found.inputs).expanded_m;
+    const Budget budget = budget_of(found.inputs);
+    const double expanded_m = budget.expanded_m;
+    // What lengthens distances adds at most the distance to the root of squares, both times the
+    // ratio of the coverage factors of a normal and a rectangular line.
+    std::vector<BudgetLine> each = budget.lines;
+    std::erase_if(each, [](const BudgetLine& line) {
+      return line.what.ends_with("that lengthen every distance");
+    });
+    EXPECT_LE(expanded_m, 1.96 / 1.645 * std::hypot(half_width_m(each), found.mean_m)) << seed;
+    EXPECT_GE(expanded_m, half_width_m(each)) << seed;
     (found.mean_m > 2 * expanded_m ? all.far : all.near).add(std::abs(found.error_m) <= expanded_m);
     u_mm += expanded_m / mm / benches;
     error_mm += found.error_m / mm / benches;
@@ -219,18 +228,20 @@ Counts counts_of(int benches, bool stand_in, const std::vector<std::string>& lef
   return all;
 }
 
-/// With a stand-in no upper limit holds: near sheets count the worst directions of errors
-/// (docs/missed.md). Far ones are then those whose stand-in errs most.
+/// All values measured: 93 to 97 of 100. With a stand-in at least 93: near sheets count the worst
+/// directions of errors (docs/missed.md), within the bound of counts_of().
 TEST(TotalUncertainty, HoldsTheTrueMeanDistance) {
   // The figure of 3,000 benches has a standard deviation of 0.4 %.
   const int benches = drape::test::trial_count(60, 3000);
   const double slack = benches < 3000 ? 3 * std::sqrt(0.05 * 0.95 / benches) : 0;
-  for (const bool stand_in : {false, true}) {
+  const auto part = [&](bool stand_in) {
     const Counts all = counts_of(benches, stand_in, {});
-    const double part = (all.far.inside + all.near.inside) / double(benches);
-    EXPECT_GE(part, 0.93 - slack);
-    EXPECT_LE(part, stand_in ? 1 : 0.97 + slack);
-  }
+    return (all.far.inside + all.near.inside) / double(benches);
+  };
+  const double measured = part(false);
+  EXPECT_GE(measured, 0.93 - slack);
+  EXPECT_LE(measured, 0.97 + slack);
+  EXPECT_GE(part(true), 0.93 - slack);
 }
 
 TEST(TotalUncertainty, HoldsItLessOftenWithoutASource) {

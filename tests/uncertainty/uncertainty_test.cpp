@@ -2,8 +2,8 @@
 // Tests whether U contains the true mean distance of simulated cloth. Truth: 100 drapes of another
 // discretisation (reference data `grid-drapes`), whose marks a planned bench measures with its
 // covariance. A bench states every input that the budget lists with an error, drapes its cloth from
-// these values and computes its budget from them; the truth has its values without errors, a finer
-// mesh and more segments per curve.
+// these values and computes its budget from them; the truth has its values without errors, more
+// segments per curve, and a finer mesh, from which it is taken to the limit of refinement.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
